@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use contact3d::{
-    mesh::extents,
+    mesh::{ContactSurface, extents},
     post::{FunctionalEstimate, PaneState, ToolState, Zone},
     scene::{Functional, escape_control},
 };
@@ -254,10 +254,12 @@ impl SolvedRun<'_> {
             (Functional::StrainEnergy, _) => resultants.strain_energy,
             (Functional::NormalForce, Some(contact)) => contact.normal_force,
             (Functional::LargestPressure, Some(contact)) => {
-                let place = self.place_of_largest_pressure();
-                let place =
-                    place.map(|at| format!(" at {}", self.unit(Dimension::LENGTH).told(&at)));
-                return Some(unit.told(&[contact.largest_pressure]) + &place.unwrap_or_default());
+                let place = self.pane_of_largest_pressure().map(|(pane, surface)| {
+                    let middle = surface.pane_centre(self.mesh, pane);
+                    format!(" at {}", self.unit(Dimension::LENGTH).told(&middle))
+                });
+                let place = place.unwrap_or_default() + &self.face_of_largest_pressure();
+                return Some(unit.told(&[contact.largest_pressure]) + &place);
             }
             (Functional::TangentialForce, Some(contact)) => {
                 let force = self.without_noise(contact.tangential_force?, |row| row.force);
@@ -268,13 +270,22 @@ impl SolvedRun<'_> {
         Some(unit.told(&[value]))
     }
 
-    /// The middle of the pane with the largest pressure in m; `None` where none is pressed.
-    fn place_of_largest_pressure(&self) -> Option<[f64; 3]> {
-        let surface = self.mesh.contact.as_ref()?;
+    /// The pane with the largest pressure; `None` where none is pressed.
+    fn pane_of_largest_pressure(&self) -> Option<(usize, &ContactSurface)> {
         let stress = |pane: &usize| self.report.panes[*pane].normal_stress;
         let panes = 0..self.report.panes.len();
         let highest = panes.min_by(|a, b| stress(a).total_cmp(&stress(b)))?;
-        (stress(&highest) < 0.0).then(|| surface.pane_centre(self.mesh, highest))
+        Some((highest, self.mesh.contact.as_ref()?)).filter(|_| stress(&highest) < 0.0)
+    }
+
+    /// The name of its contact face, where there are several.
+    fn face_of_largest_pressure(&self) -> String {
+        let faces = self.scene.contact_features();
+        let at = self.pane_of_largest_pressure().filter(|_| faces.len() > 1);
+        at.map_or_else(String::new, |(pane, surface)| {
+            let name = &faces[surface.face_of_pane(pane)].name;
+            format!(" on {}", escape_control(name))
+        })
     }
 
     fn with_error(&self, it: &FunctionalEstimate, unit: &Unit) -> String {
@@ -293,7 +304,10 @@ impl SolvedRun<'_> {
         }
         let length = self.unit(Dimension::LENGTH);
         let at = |place: [f64; 3]| format!(" at {}", length.told(&place));
-        let place = it.middle().map_or_else(String::new, at);
+        let mut place = it.middle().map_or_else(String::new, at);
+        if it.functional == Functional::LargestPressure {
+            place += &self.face_of_largest_pressure();
+        }
         let grows = !it.error_bar().is_finite() || self.unbounded == Some(it.functional);
         let edge = grows.then_some("an edge of the contact face");
         with_bar(unit, [it.value, it.error_bar()], &place, edge)

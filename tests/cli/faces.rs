@@ -45,6 +45,15 @@ fn each_face_has_its_results_and_its_pictures() {
     assert_eq!(pictures(".png"), 14);
     assert_eq!([pictures("-floor.svg"), pictures("-wall.svg")], [5, 7]);
     assert!(!program.path("run-figures/overview.svg").exists());
+    let status = program.command(&["status", "run.h5"]).assert().success();
+    let screen = String::from_utf8_lossy(&status.get_output().stdout).into_owned();
+    let peak = screen
+        .lines()
+        .find(|line| line.contains("largest pressure"));
+    assert!(
+        peak.is_some_and(|it| it.contains(" mm on wall")),
+        "{screen}"
+    );
 }
 
 /// The laws are settings of the solve, gaps of the loads, axes of B; a face that loses its friction loses its pairs, and comes last.
