@@ -41,11 +41,8 @@ pub(super) fn covered(side: &Face<'_>, other: &Face<'_>) -> Vec<Overlap> {
     overlaps.filter(is_covered).collect()
 }
 
-/// Rows by nodes, with ∫ ψ in m² or the place among those that are eliminated by −u of the node; clamped nodes have an empty one.
-pub(super) type NodeRows<T> = BTreeMap<usize, (T, Row)>;
-
-/// The rows of a face that follows the other ones of some joints.
-pub(super) fn dual_rows(mesh: &Mesh, joints: &[Joint<'_>]) -> NodeRows<f64> {
+/// The rows of a face that follows the other ones of some joints by nodes, with ∫ ψ in m².
+pub(super) fn dual_rows(mesh: &Mesh, joints: &[Joint<'_>]) -> BTreeMap<usize, (f64, Row)> {
     let mut by_facet: BTreeMap<usize, Vec<(usize, &Overlap)>> = BTreeMap::new();
     for joint in joints {
         for overlap in &joint.overlaps[joint.follows] {
@@ -56,7 +53,7 @@ pub(super) fn dual_rows(mesh: &Mesh, joints: &[Joint<'_>]) -> NodeRows<f64> {
                 .push((joint.entry, overlap));
         }
     }
-    let mut rows: NodeRows<f64> = BTreeMap::new();
+    let mut rows: BTreeMap<usize, (f64, Row)> = BTreeMap::new();
     for (facet, overlaps) in by_facet {
         let nodes: Vec<usize> = mesh.facet_nodes(facet).collect();
         let n = nodes.len();

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{
     GluedNode, Joint, ON_EDGE,
-    dual::{NodeRows, ROUNDED_SHARE, Row, whole},
+    dual::{ROUNDED_SHARE, Row, whole},
 };
 use crate::mesh::{Mesh, opposite::NodePairing};
 
@@ -28,12 +28,13 @@ const ROUNDED_ROW: f64 = 1e-9;
 const NEAR: usize = 2;
 
 impl Mesh {
-    /// Lets the nodes of the face with some rows follow, or those of other faces. Rows that are left out go to the nearest ones by ∫ ψ.
+    /// Lets the nodes of the face with some rows follow, or those of other faces. Rows that are left out go to the nearest ones by ∫ ψ. Nodes are
+    /// `taken` by rows with −u of the node in the order of their numbers, or by clamps with an empty one.
     pub(super) fn follow(
         &self,
         joints: &[Joint<'_>],
-        rows: &NodeRows<f64>,
-        taken: &mut NodeRows<usize>,
+        rows: &BTreeMap<usize, (f64, Row)>,
+        taken: &mut BTreeMap<usize, (usize, Row)>,
     ) {
         let facets = joints.iter().flat_map(|it| &it.overlaps[it.follows]);
         let facets: BTreeSet<usize> = facets.map(|overlap| overlap.triangle.facet).collect();
@@ -116,7 +117,11 @@ impl Mesh {
     }
 
     /// Lets nodes of other faces follow the points of those that follow where these lie on what follows something else, or is held.
-    pub(super) fn close_rings(&self, joints: &[Joint<'_>], taken: &mut NodeRows<usize>) {
+    pub(super) fn close_rings(
+        &self,
+        joints: &[Joint<'_>],
+        taken: &mut BTreeMap<usize, (usize, Row)>,
+    ) {
         let n_before = taken.len();
         for joint in joints {
             for (&node, pairing) in &joint.pairings[1 - joint.follows] {
@@ -145,7 +150,7 @@ impl Mesh {
 }
 
 /// What nodes follow in the end, those that follow others net of which first.
-pub(super) fn glued(taken: NodeRows<usize>, axes: [bool; 3]) -> Vec<GluedNode> {
+pub(super) fn glued(taken: BTreeMap<usize, (usize, Row)>, axes: [bool; 3]) -> Vec<GluedNode> {
     let mut rows: Vec<(usize, (usize, Row))> = taken.into_iter().collect();
     rows.sort_by_key(|(_, (place, _))| *place);
     let glued = rows.into_iter().flat_map(|(node, (_, row))| {
@@ -184,7 +189,7 @@ fn by_nodes(row: &Row) -> BTreeMap<usize, f64> {
 }
 
 /// A row with what follows others put in.
-fn substituted(mut row: Row, taken: &NodeRows<usize>) -> Row {
+fn substituted(mut row: Row, taken: &BTreeMap<usize, (usize, Row)>) -> Row {
     let place = |node: usize| Some((taken.get(&node)?.0, node));
     let size = row
         .values()
@@ -207,7 +212,7 @@ fn substituted(mut row: Row, taken: &NodeRows<usize>) -> Row {
 }
 
 /// Lets a node, or another one that has more of it, follow by a row, unless that follows from others or what clamps hold is all that is left.
-fn eliminate(node: usize, row: Row, taken: &mut NodeRows<usize>) {
+fn eliminate(node: usize, row: Row, taken: &mut BTreeMap<usize, (usize, Row)>) {
     let size = row
         .values()
         .fold(0.0, |most: f64, part| most.max(part.abs()));
@@ -230,7 +235,10 @@ fn eliminate(node: usize, row: Row, taken: &mut NodeRows<usize>) {
 }
 
 /// The nodes of the edge that a point lies on with its shares of them, where all of them are `taken`.
-fn on_edge_of(point: &NodePairing, taken: &NodeRows<usize>) -> Option<BTreeMap<usize, f64>> {
+fn on_edge_of(
+    point: &NodePairing,
+    taken: &BTreeMap<usize, (usize, Row)>,
+) -> Option<BTreeMap<usize, f64>> {
     let near = point.shares.iter().filter(|(_, s)| s.abs() > ON_EDGE);
     let near: BTreeMap<usize, f64> = near.copied().collect();
     (point.least >= -ON_EDGE && near.keys().all(|node| taken.contains_key(node))).then_some(near)

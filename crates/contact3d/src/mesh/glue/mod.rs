@@ -28,7 +28,7 @@ use nalgebra::Vector3;
 use units::Dimension;
 
 pub(crate) use dual::whole;
-use dual::{NodeRows, ROUNDED_SHARE, Row, covered, dual_rows};
+use dual::{ROUNDED_SHARE, Row, covered, dual_rows};
 use follow::glued;
 
 use super::{
@@ -117,11 +117,12 @@ impl Mesh {
         }
         for (held, axes) in clamped {
             let held = held.into_iter().map(|node| (node, (0, Row::new())));
-            let mut taken: NodeRows<usize> = held.collect();
+            let mut taken: BTreeMap<usize, (usize, Row)> = held.collect();
             self.close_rings(&joints, &mut taken);
             // Those with the fewest nodes left first.
             let mut left: Vec<_> = faces.iter().collect();
-            let n_free = |rows: &NodeRows<f64>, taken: &NodeRows<usize>| {
+            let n_free = |rows: &BTreeMap<usize, (f64, Row)>,
+                          taken: &BTreeMap<usize, (usize, Row)>| {
                 rows.keys().filter(|node| !taken.contains_key(node)).count()
             };
             while let Some(next) = (0..left.len()).min_by_key(|k| n_free(&left[*k].1, &taken)) {
@@ -148,6 +149,22 @@ impl Mesh {
     pub(crate) fn glued_runs(&self) -> impl DoubleEndedIterator<Item = &[GluedNode]> {
         self.glued
             .chunk_by(|a, b| (a.node, a.axes) == (b.node, b.axes))
+    }
+
+    /// Triangles of glued faces with those of the other face that lie opposite.
+    pub(crate) fn glued_facets(&self, scene: &Scene) -> BTreeMap<usize, BTreeSet<usize>> {
+        let mut opposite: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+        for (_, pair) in scene.glued_pairs() {
+            let [side, other] = pair.each_ref().map(|name| self.pair_face(scene, name));
+            for overlap in covered(&side, &other) {
+                let facet = overlap.triangle.facet;
+                for other in overlap.opposite {
+                    opposite.entry(facet).or_default().insert(other);
+                    opposite.entry(other).or_default().insert(facet);
+                }
+            }
+        }
+        opposite
     }
 
     /// The bodies that move as one, in groups: one body, or several that are glued together.

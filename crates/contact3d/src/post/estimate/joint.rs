@@ -16,29 +16,7 @@ pub(in crate::post) fn joint_sides(
     solved: &Solved<'_>,
 ) -> BTreeMap<usize, (usize, f64, Vec<usize>)> {
     let (scene, mesh) = (solved.scene, solved.mesh);
-    let mut opposite: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
-    for (entry, pair) in scene.glued_pairs() {
-        let facets = pair.each_ref().map(|face| mesh.facets_on(face));
-        let facets: Vec<usize> = facets.into_iter().flatten().collect();
-        let mut around: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for &facet in &facets {
-            for node in mesh.facet_nodes(facet) {
-                around.entry(node).or_default().push(facet);
-            }
-        }
-        for glued in mesh.glued.iter().filter(|glued| glued.entry == entry) {
-            let body = mesh.body_of_node(glued.node);
-            let others = glued.shares.iter().map(|(node, _)| *node);
-            let others = others.filter(|node| mesh.body_of_node(*node) != body);
-            let others = others.filter_map(|node| around.get(&node)).flatten();
-            for &other in others {
-                for &own in around.get(&glued.node).into_iter().flatten() {
-                    opposite.entry(own).or_default().insert(other);
-                    opposite.entry(other).or_default().insert(own);
-                }
-            }
-        }
-    }
+    let opposite = mesh.glued_facets(scene);
     let moduli: Vec<f64> = scene
         .materials()
         .map(|(_, m)| m.contact_modulus())
