@@ -136,7 +136,7 @@ fn cut_meshes_of_a_curved_face_may_touch() {
     let scene = "[[clamp]]\nface = 'z_max'\n[contact]\nface = 'z_min'\nmultipliers = 'nodal'\n\
                  obstacle.sphere = { centre = [0.5, 0.5, -1.0], radius = 1.0 }\n";
     let (folder, text) = written(
-        "size = [1.0, 1.0, 1.0]\ncells = [4, 4, 2]",
+        "size = [1.0, 1.0, 1.0]\ncells = [4, 4, 4]",
         "P2",
         hollow,
         scene,
