@@ -291,6 +291,11 @@ impl RigidEquilibrium {
         }
     }
 
+    /// Whether supports resist a motion, so that a motion α strains the body by Y α.
+    pub(crate) fn is_supported(&self) -> bool {
+        !self.coupling.spring_response.is_empty()
+    }
+
     /// α in terms of the modes of the body, with the reference motion added to it and to the displacement in m.
     pub(crate) fn add_reference(&self, motion: &[f64], displacement: &mut [f64]) -> Vec<f64> {
         let Some(reference) = &self.reference else {

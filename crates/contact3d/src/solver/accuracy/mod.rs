@@ -67,7 +67,7 @@ impl ContactSolve<'_> {
         )
     }
 
-    /// The error of λ, relative as in [`Self::relative`], that rounding of G α makes; 0 where supports hold the body.
+    /// The error of λ, relative as in [`Self::relative`], that rounding of G α makes where weak springs hold the body; 0 elsewhere.
     ///
     /// Gaps and slips are known to ε_M/2 Σ |G α| at best, while a stall of Newton's method is rounding up to some times that
     /// ([`NaturalMap::rounding`](crate::solver::NaturalMap)). A pane that is pressed or sticks takes that as a stress by its local stiffness, an open
@@ -78,7 +78,8 @@ impl ContactSolve<'_> {
         here: &Evaluation,
         local_stiffness: &[f64],
     ) -> f64 {
-        let Some(equilibrium) = self.dual.rigid() else {
+        let equilibrium = self.dual.rigid();
+        let Some(equilibrium) = equilibrium.filter(|it| it.is_supported()) else {
             return 0.0;
         };
         let (multiplier, motion) = self.dual.parts(unknowns);

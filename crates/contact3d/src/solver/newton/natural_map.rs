@@ -96,7 +96,7 @@ impl<'a> NaturalMap<'a> {
     }
 
     /// The ‖R‖ over [`Self::size`] that rounding explains at most: that of S λ, n ε_M max ρ_i S_ii, nothing where the problem is written about
-    /// an anchor; and that of G α where the body moves far beside its strains, on panes that are pressed or stick.
+    /// an anchor; and that of G α where weak springs let the body move far, on panes that are pressed or stick.
     pub(super) fn rounding(&self, unknowns: &[f64], evaluation: &Evaluation) -> f64 {
         let rho = self.dual.multipliers(&self.conditions.steplengths);
         let of_products = match self.dual.anchor {
@@ -107,7 +107,7 @@ impl<'a> NaturalMap<'a> {
                 self.dual.rounding() * sizes.fold(0.0, f64::max)
             }
         };
-        let Some(equilibrium) = self.dual.rigid.as_ref() else {
+        let Some(equilibrium) = self.dual.rigid.as_ref().filter(|it| it.is_supported()) else {
             return of_products;
         };
         let motion = self.dual.motion(unknowns);
