@@ -88,7 +88,7 @@ pub(super) fn panes_of_part(
 
 /// Refuses triangles in two contacts, and nodes that carry more conditions than they have displacements: a node whose
 /// multipliers are its own holds one normal displacement for each face, and with friction all three. Panes have free nodes
-/// of their own, so that faces with panes may meet anywhere.
+/// of their own, so that faces with panes may meet anywhere. A glued node that follows others carries none.
 ///
 /// # Errors
 /// The key of the later contact.
@@ -129,6 +129,16 @@ pub(super) fn check_meeting(
     let mut carriers: BTreeMap<usize, Vec<(usize, usize)>> = BTreeMap::new();
     for (face, &entry) in entries().filter(|(face, _)| face.is_nodal) {
         for local in face.nodes.clone() {
+            let node = surface.nodes[local];
+            if mesh.glued.iter().any(|it| it.node == node) {
+                let at = place_words(mesh.coordinates[node]);
+                return Err(InvalidValue {
+                    key: format!("{}.multipliers", scene.contact_key(entry)),
+                    expected: "nodes that follow no others, for those carry no conditions".into(),
+                    found: format!("one at {at} that is glued"),
+                    help: "write multipliers = \"panes\": panes have nodes of their own".into(),
+                });
+            }
             if surface.carried_by(face, local).is_some() {
                 let at = carriers.entry(surface.nodes[local]).or_default();
                 at.push((entry, local));

@@ -8,7 +8,7 @@ use contact3d::{
     post::{ContactReport, StressConcentration},
     scene::{
         AdaptSettings, Body, Clamp, Component, Contact, ElementOrder, FirstMesh, Friction,
-        Material, Pressure, Quantity, Scene, Traction,
+        Material, MultiplierSpace, Pressure, Quantity, Scene, Traction,
     },
 };
 
@@ -667,6 +667,17 @@ fn what_no_joint_is_is_refused() {
     assert!(
         torn.contains("which clamp.1 says of the displacement along x at x, y, z = 0.0, 0.0, 1.0 on the other one of the glued faces lower.z_max and upper.z_min, found 0.001"),
         "{torn}"
+    );
+    let nodal = held(&|it| {
+        let faces = ["lower.x_min", "upper.x_min"];
+        it.contacts.extend(faces.map(|face| Contact {
+            multipliers: MultiplierSpace::Nodal,
+            ..Contact::on(face)
+        }));
+    });
+    assert!(
+        nodal.contains("multipliers: expected nodes that follow no others"),
+        "{nodal}"
     );
     let loose = refusal(stack([2, 2], ElementOrder::P1, 0.0));
     assert!(loose.starts_with("clamp: expected at least one"), "{loose}");
