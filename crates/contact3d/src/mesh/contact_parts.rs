@@ -127,11 +127,11 @@ pub(super) fn check_meeting(
         }
     }
     let mut carriers: BTreeMap<usize, Vec<(usize, usize)>> = BTreeMap::new();
+    let follow: BTreeSet<usize> = mesh.glued.iter().map(|it| it.node).collect();
     for (face, &entry) in entries().filter(|(face, _)| face.is_nodal) {
         for local in face.nodes.clone() {
-            let node = surface.nodes[local];
-            if mesh.glued.iter().any(|it| it.node == node) {
-                let at = place_words(mesh.coordinates[node]);
+            if follow.contains(&surface.nodes[local]) {
+                let at = place_words(mesh.coordinates[surface.nodes[local]]);
                 return Err(InvalidValue {
                     key: format!("{}.multipliers", scene.contact_key(entry)),
                     expected: "nodes that follow no others, for those carry no conditions".into(),

@@ -274,9 +274,10 @@ impl Edge {
         };
         let body = |edge: &Self| mesh.body_of_node(mesh.facets[edge.sides[0].0][0]);
         let of_other = mesh.body_of_node(mesh.facets[other][0]);
-        let beside = edges
-            .iter()
-            .filter(|it| it.angle < 180.0 - EDGE && body(it) == of_other && it.passes(mesh, nodes));
+        let reach = GEOMETRY_TOLERANCE * mesh.extent();
+        let beside = edges.iter().filter(|it| {
+            it.angle < 180.0 - EDGE && body(it) == of_other && it.passes(mesh, nodes, reach)
+        });
         let beside = beside.min_by(|a, b| a.angle.total_cmp(&b.angle));
         // The surface of the other body goes on beyond the joint, unless an edge of it lies there.
         let (facet, angle) = beside.map_or((other, 180.0), |it| {
@@ -294,13 +295,13 @@ impl Edge {
         Some((whole, Some([self.sides[own].0, other])))
     }
 
-    /// Whether it passes the middle between two nodes.
-    fn passes(&self, mesh: &Mesh, [a, b, _]: [usize; 3]) -> bool {
+    /// Whether it passes the middle between two nodes, within a reach in m.
+    fn passes(&self, mesh: &Mesh, [a, b, _]: [usize; 3], reach: f64) -> bool {
         let [from, to, ..] = self.nodes(mesh);
         let [a, b, from, to] = [a, b, from, to].map(|node| Vector3::from(mesh.coordinates[node]));
         let (middle, way) = ((a + b) / 2.0, to - from);
         let share = ((middle - from).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
-        (from + way * share - middle).norm() <= GEOMETRY_TOLERANCE * mesh.extent()
+        (from + way * share - middle).norm() <= reach
     }
 
     /// Whether stress has no bound there since the triangles hold these other directions than each other.

@@ -121,11 +121,10 @@ impl Mesh {
             self.close_rings(&joints, &mut taken);
             // Those with the fewest nodes left first.
             let mut left: Vec<_> = faces.iter().collect();
-            let n_free = |rows: &BTreeMap<usize, (f64, Row)>,
-                          taken: &BTreeMap<usize, (usize, Row)>| {
-                rows.keys().filter(|node| !taken.contains_key(node)).count()
-            };
-            while let Some(next) = (0..left.len()).min_by_key(|k| n_free(&left[*k].1, &taken)) {
+            while let Some(next) = (0..left.len()).min_by_key(|k| {
+                let nodes = left[*k].1.keys();
+                nodes.filter(|node| !taken.contains_key(node)).count()
+            }) {
                 let (joints, rows) = left.remove(next);
                 self.follow(joints, rows, &mut taken);
             }
