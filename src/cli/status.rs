@@ -42,6 +42,13 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
     let features = report::features(scene, &format::read_sizes(reader, &is_fresh)?);
     let stages = report::stages(reader, scene, &run.states)?;
     let advice = format::read_advice(reader)?;
+    let kept = run.unfinished_increments()?;
+    let levels = levels
+        .map(|_| format::read_adaptation(reader))
+        .transpose()?;
+    let levels = levels
+        .zip(scene.adapt)
+        .map(|((levels, _), adapt)| report::adaptation_table(scene, &levels, adapt.error));
     if output.json {
         terminal::json(&serde_json::json!({
             "title": scene.title,
@@ -51,6 +58,8 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
             "summary": solved.as_ref().map(|solved| solved.summary_with_warnings().words_json()),
             "results": solved.as_ref().map(|solved| solved.figures().json()),
             "advice": advice,
+            "kept_increments": kept,
+            "levels": levels.map(|levels| levels.json()),
             "units": unit_words(scene.units),
         }));
     } else {
@@ -60,6 +69,11 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
             .or(outcome);
         text += &summary.map_or_else(String::new, |summary| summary.text(2, 20));
         text += &stages.text();
+        if kept > 0 {
+            let all = scene.increments().len();
+            text += &format!("{kept} of {all} increments are kept: `run` goes on with them\n");
+        }
+        text += &levels.map_or_else(String::new, |levels| levels.text());
         text += &format!("model features\n{}", features.text(2, 28));
         if let Some(advice) = &advice {
             text += &format!("  accuracy  {advice}\n");

@@ -13,7 +13,8 @@ use runfile::{
 use units::Dimension;
 
 use super::{
-    FormatError, Stage, extents,
+    FormatError, Stage,
+    extents::{self, length},
     fields::{Condition, Fields, fields, write_value},
     quantities,
 };
@@ -24,7 +25,7 @@ pub const GROUP: Group = Group::new("history", Stage::Solve.command());
 pub(super) const STEP: &str = "/history/step";
 pub(super) const DISSIPATION: &str = "/history/dissipation";
 const TITLE: &str = "/history/step_title";
-pub(super) const TIME: &str = "/history/time";
+const TIME: &str = "/history/time";
 const ESTIMATED_ERROR: &str = "/history/estimated_error";
 
 const NO_ESTIMATE: &str = "absent unless the scene asks for an error";
@@ -155,6 +156,11 @@ pub fn write(
     }
     quantities::write_of_increments(writer, scene, records)?;
     INCREMENTS.write_rows(writer, records)
+}
+
+/// How many increments a file holds.
+pub fn n_increments(reader: &Reader) -> Result<usize, FormatError> {
+    Ok(length::<f64>(reader, TIME)?.unwrap_or(0))
 }
 
 /// Reads the increments back; none where there is no history.

@@ -43,7 +43,9 @@ pub use cases::{
     write as write_cases,
 };
 pub use extents::{StageSizes, read_sizes};
-pub use increments::{GROUP as HISTORY, read as read_history, write as write_history};
+pub use increments::{
+    GROUP as HISTORY, n_increments, read as read_history, write as write_history,
+};
 pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{read_certificate, read_estimate, write as write_report};

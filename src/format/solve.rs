@@ -303,7 +303,7 @@ pub fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
         method: word(&read_value::<SolvedBy>(reader, METHOD)?),
         counts: [outer, newton, read_value(reader, APPLICATIONS)?],
         accuracy: read_value(reader, ACCURACY)?,
-        increments: length::<f64>(reader, increments::TIME)?.unwrap_or(0),
+        increments: increments::n_increments(reader)?,
     })
 }
 

@@ -18,7 +18,7 @@ use super::{
     read_results,
     settings::{refinement_digest, settings, start_digest},
 };
-use crate::format::{self, LAYOUT, Stage};
+use crate::format::{self, HISTORY, LAYOUT, Stage};
 
 /// Whether a stored stage can be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -104,6 +104,20 @@ impl OpenRun {
         states.any(|state| state.stage == stage && state.is_fresh())
     }
 
+    /// How many increments of its load history an interrupted solve left, with which the next one begins.
+    pub fn unfinished_increments(&self) -> Result<usize, StageError> {
+        let (reader, scene) = (&self.reader, &self.input.scene);
+        let left = match self.is_fresh(Stage::Solve) {
+            true => None,
+            false => reader.group_record(HISTORY)?,
+        };
+        let refinement = stored_refinement(Some(reader), scene);
+        match left.filter(|left| is_left_by(scene, &refinement, None, left, &self.states)) {
+            Some(_) => Ok(format::n_increments(reader)?),
+            None => Ok(0),
+        }
+    }
+
     /// The first stage up to some that cannot be used.
     fn unusable(&self, upto: Stage) -> Option<&StageState> {
         let mut states = self.states.iter();
@@ -171,6 +185,21 @@ pub(super) fn states_from(
         });
     }
     Ok(states)
+}
+
+/// Whether a group is what a killed solve of a scene left, with stages before it that are as they were. Stages that wait may replace those
+/// of another problem, or of another level: then the stored ones are not fresh.
+pub(super) fn is_left_by(
+    scene: &Scene,
+    refinement: &[RefinedLevel],
+    start: Option<&[f64]>,
+    left: &StoredGroup,
+    states: &[StageState],
+) -> bool {
+    let before = states.partition_point(|state| state.stage < Stage::Solve);
+    let refinement = refinement_digest(refinement);
+    let (stage, refinement) = (Stage::Solve, refinement.as_deref());
+    judge(stage, scene, refinement, start, left, &states[..before]) == Freshness::Fresh
 }
 
 fn judge(

@@ -13,15 +13,14 @@ use contact3d::{
     solver::OuterState,
 };
 use runfile::{
-    Group, GroupRecord, GroupWriter, Reader, RunFile, SharedGroup, StoreError, StoredGroup,
-    Transaction,
+    Group, GroupRecord, GroupWriter, Reader, RunFile, SharedGroup, StoreError, Transaction,
 };
 
 use super::{
     AssemblyFile, StageError, StageState, StageTiming, StoreWhen,
     adapt::stored_refinement,
     commit::{Commit, Rollback, WaitingStage},
-    freshness::{Freshness, input_digest, states_from},
+    freshness::{Freshness, is_left_by, states_from},
     settings::{refinement_digest, settings, start_digest},
     stages::StageOutput,
 };
@@ -284,8 +283,7 @@ impl Store {
         Ok((state, Vec::new()))
     }
 
-    /// The file, where it holds a group that a solve of the same problem left. Stages that wait may replace those of another problem, or
-    /// of another level: then the stored ones are not fresh.
+    /// The file, where it holds a group that a solve of the same problem left.
     fn unfinished(&self, group: Group) -> Result<Option<Reader>, StageError> {
         let Some(reader) = self.reader_if_there()? else {
             return Ok(None);
@@ -293,17 +291,15 @@ impl Store {
         let Some(left) = reader.group_record(group)? else {
             return Ok(None);
         };
-        let states = self.states()?;
-        let mut before = states.iter().filter(|state| state.stage < Stage::Solve);
-        if !before.all(StageState::is_fresh) {
-            return Ok(None);
-        }
-        let states = states.into_iter();
-        let stored: Vec<(Stage, StoredGroup)> = states
-            .filter_map(|state| Some((state.stage, state.stored?)))
-            .collect();
-        let settings = self.settings(Stage::Solve);
-        let fits = left.record.input_digest == input_digest(Stage::Solve, &settings, &stored);
+        let (scene, refinement, start) =
+            (&self.input.scene, &self.refinement, self.start.as_deref());
+        let fits = is_left_by(
+            scene,
+            refinement,
+            start.or(Some(&[])),
+            &left,
+            &self.states()?,
+        );
         Ok(fits.then_some(reader))
     }
 

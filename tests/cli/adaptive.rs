@@ -252,6 +252,9 @@ fn a_killed_run_goes_on_from_the_last_level() {
     }
     run(&program, "3.5%", &[]).success();
     assert_eq!(program.digests(), expected);
+    let status = program.command(&["status", "run.h5"]).assert().success();
+    let text = String::from_utf8_lossy(&status.get_output().stdout).into_owned();
+    assert!(text.contains("levels for an error of 3.5 %"), "{text}");
 }
 
 const STEPS: &str =
