@@ -62,7 +62,7 @@ const EDGE: f64 = 40.0;
 
 /// The least jump of a traction along the face over the largest stress that counts: a halving of triangles adds (2/π) ln 2 of the jump, less
 /// than a hundredth of the stress below this.
-const JUMP: f64 = 0.02;
+pub(super) const JUMP: f64 = 0.02;
 
 /// What concentrates stress at the nodes of a body.
 pub(super) struct Concentrations<'a> {

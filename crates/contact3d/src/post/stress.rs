@@ -14,7 +14,8 @@ use std::collections::BTreeSet;
 use nalgebra::Vector3;
 
 use super::{
-    ErrorEstimate, FunctionalEstimate, Solved, StressConcentration, concentration::Concentrations,
+    ErrorEstimate, FunctionalEstimate, Solved, StressConcentration,
+    concentration::{Concentrations, JUMP},
     von_mises,
 };
 use crate::{
@@ -73,6 +74,9 @@ impl LargestStress {
         let at_row = concentrations.at(near, node);
         let found = at_row.map(|it| (node, it));
         let found = found.or_else(|| rivals.iter().find_map(of_rival));
+        // Nothing concentrates a stress that is the same everywhere.
+        let least = von_mises.iter().copied().fold(value, f64::min);
+        let found = found.filter(|_| least < (1.0 - JUMP) * value);
         let place = |node: usize| solved.mesh.coordinates[node];
         let found = found.map(|(node, it)| (place(node), it));
         let at_edge = peak.filter(|it| it.error_bar().is_infinite() && it.value > value / 2.0);
