@@ -59,7 +59,7 @@ pub(super) fn motion_words(
     if let Some(rows) = &rigid.mechanism {
         return Some(("mechanism", rows_in_words(scene, mesh, rows)));
     }
-    if rigid.motion.len() == scene.n_free_tool_motions() {
+    if rigid.motion.len() == scene.n_free_tool_motions() || !solution.status.is_solved() {
         return None;
     }
     let volumes = mesh.corner_volumes();
@@ -155,27 +155,17 @@ pub(super) fn null_space_words(
     solution: &Solution,
 ) -> Vec<(&'static str, String)> {
     let n_panes = mesh.contact.as_ref().map_or(0, |surface| surface.n_panes());
-    let panes = if n_panes == 1 {
-        "pane feels"
-    } else {
-        "panes feel"
-    };
-    let motions = null_space_motions(mesh, solution);
-    let motions = motions
-        .iter()
-        .map(|motion| motion.describe(scene.units.length()));
-    let of_rigid = solution.rigid.iter();
-    let with_tools = of_rigid
-        .flat_map(|rigid| &rigid.null_space)
-        .filter(|_| !scene.tools.is_empty() || !mesh.bodies.is_empty());
+    let length = scene.units.length();
+    let motions = null_space_motions(mesh, solution).into_iter();
+    let motions = motions.map(|motion| motion.describe(length));
+    let has_others = !scene.tools.is_empty() || !mesh.bodies.is_empty();
+    let rigid = solution.rigid.iter().filter(|_| has_others);
+    let with_tools = rigid.flat_map(|rigid| &rigid.null_space);
     let with_tools = with_tools.map(|rows| rows_in_words(scene, mesh, rows));
-    let line = |words: String| {
-        (
-            "null space, left at zero",
-            format!("{words}: none of {n_panes} {panes} it"),
-        )
-    };
-    motions.chain(with_tools).map(line).collect()
+    let all = motions.chain(with_tools);
+    let told = all.map(|words| format!("{words}: none of {n_panes} pane(s) feels it"));
+    told.map(|words| ("null space, left at zero", words))
+        .collect()
 }
 
 /// The name of a quantity for people.

@@ -131,6 +131,19 @@ impl Figures {
         }
     }
 
+    /// How many panes are open, stick and slip, as far as people are told; without friction those that slip are in contact.
+    pub(super) fn zones(&mut self, has_friction: bool, zones: [usize; 3], is_told: bool) {
+        let [open, stick, slip] = zones;
+        let (words, shown) = match has_friction {
+            true => ("open, stick, slip", format!("{open}, {stick}, {slip}")),
+            false => ("open, in contact", format!("{open}, {slip}")),
+        };
+        self.human_only(words, is_told.then_some(shown));
+        for (key, count) in ["open", "stick", "slip"].into_iter().zip(zones) {
+            self.json_only(key, count);
+        }
+    }
+
     /// A value that people read in words of its own.
     pub fn described(
         &mut self,

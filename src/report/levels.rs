@@ -44,7 +44,6 @@ impl SolvedRun<'_> {
             lost += energies.imbalance;
             // Rounding of what it is a difference of.
             let is_rounding = |sum: f64| sum.abs() <= 1e-9 * energies.strain.abs().max(work.abs());
-            let [open, stick, slip] = record.zone_counts();
             let mut figures = Figures::new(scene.units);
             let name = Some(name(scene, record));
             figures.described("step", "step", name, record.increment.step);
@@ -52,11 +51,7 @@ impl SolvedRun<'_> {
             figures.add("time", "time", Dimension::Time, Fixed(4), record.increment.time);
             // What an increment without a solution came to is for programs alone.
             let is_solved = record.status.is_solved();
-            let zones = format!("{open}, {stick}, {slip}");
-            figures.human_only("open, stick, slip", is_solved.then_some(zones));
-            for (key, count) in [("open", open), ("stick", stick), ("slip", slip)] {
-                figures.json_only(key, count);
-            }
+            figures.zones(scene.has_friction(), record.zone_counts(), is_solved);
             for (row, name, body) in &faces {
                 figures.told(&format!("{name} on {body}"), Dimension::FORCE, is_solved.then_some(record.forces[*row]));
             }

@@ -251,10 +251,9 @@ impl<'a> SolvedRun<'a> {
 
     /// What happens on one contact face, or on all of them.
     #[rustfmt::skip]
-    fn resultants(&self, [open, stick, slip]: [usize; 3], contact: Option<&ContactResultants>) -> Figures {
+    fn resultants(&self, zones: [usize; 3], contact: Option<&ContactResultants>) -> Figures {
         let mut figures = Figures::new(self.scene.units);
-        let zones = [("open", open), ("stick", stick), ("slip", slip)];
-        figures.counts("panes open, stick, slip", zones);
+        figures.zones(self.scene.has_friction(), zones, true);
         figures.told("normal force", Dimension::FORCE, contact.map(|c| [c.normal_force]));
         figures.json_only("normal_force", contact.map(|c| c.normal_force));
         let tangential = contact.and_then(|c| c.tangential_force);
@@ -450,14 +449,8 @@ impl<'a> SolvedRun<'a> {
         figures.json_only("title", &self.scene.title);
         figures.json_only("forces", self.forces().json());
         figures.json_only("faces", (!faces.rows.is_empty()).then(|| faces.json()));
-        let motion = |displacement| {
-            let volumes = mesh.corner_volumes();
-            rigid_json(&BodyMotion::fitted(
-                &mesh.coordinates,
-                &volumes,
-                displacement,
-            ))
-        };
+        let (places, volumes) = (&mesh.coordinates, mesh.corner_volumes());
+        let motion = |rows| rigid_json(&BodyMotion::fitted(places, &volumes, rows));
         let moves = moves && mesh.bodies.is_empty();
         figures.json_only("motion", moves.then(|| motion(&self.report.displacement)));
         let mechanism = rigid.and_then(|rigid| rigid.mechanism.as_deref());
@@ -465,12 +458,8 @@ impl<'a> SolvedRun<'a> {
         figures.json_only("mechanism", of_body.map(motion));
         let tools = tools_json(self.scene, &self.report.tools);
         figures.json_only("tools", tools);
-        let null_space = || {
-            null_space_motions(mesh, solution)
-                .iter()
-                .map(rigid_json)
-                .collect::<Value>()
-        };
+        let motions = || null_space_motions(mesh, solution);
+        let null_space = || motions().iter().map(rigid_json).collect::<Value>();
         figures.json_only("null_space_motions", moves.then(null_space));
         figures.json_only("assembly_seconds", assembly.map(seconds));
         figures.json_only("factor", assembly.map(factor));
@@ -480,19 +469,13 @@ impl<'a> SolvedRun<'a> {
 
 /// Steps of each algorithm that ran.
 fn steps(solution: &Solution) -> String {
-    let fallbacks = solution
-        .trace
-        .newton
-        .iter()
-        .filter(|step| step.safeguard)
-        .count();
-    match (solution.trace.newton.len(), solution.trace.history.len()) {
+    let trace = &solution.trace;
+    let fallbacks = trace.newton.iter().filter(|step| step.safeguard).count();
+    match (trace.newton.len(), trace.history.len()) {
         (0, 0) => "one solve".into(),
         (0, outer) => format!("{outer} outer"),
         (newton, 0) => format!("{newton} Newton, {fallbacks} of them safeguards"),
-        (newton, 1) if solution.trace.solved_by == SolvedBy::Minimisation => {
-            format!("{newton} Newton")
-        }
+        (newton, 1) if trace.solved_by == SolvedBy::Minimisation => format!("{newton} Newton"),
         (newton, outer) => format!("{newton} Newton, given up, then {outer} outer"),
     }
 }
@@ -529,11 +512,9 @@ fn friction_ranges(report: &ContactReport) -> Option<String> {
     };
     coefficients().next()?;
     let ranges = [0, 1].map(|i| {
-        let over = |fold: fn(f64, f64) -> f64, from| coefficients().map(|f| f[i]).fold(from, fold);
-        let [low, high] = [
-            over(f64::min, f64::INFINITY),
-            over(f64::max, f64::NEG_INFINITY),
-        ];
+        let values = || coefficients().map(|f| f[i]);
+        let low = values().fold(f64::INFINITY, f64::min);
+        let high = values().fold(f64::NEG_INFINITY, f64::max);
         format!("F{} {low:.4} to {high:.4}", i + 1)
     });
     Some(ranges.join(", "))
@@ -542,10 +523,8 @@ fn friction_ranges(report: &ContactReport) -> Option<String> {
 /// What the parts of an assembly took.
 fn seconds(assembly: &Assembly) -> Value {
     let parts = assembly.seconds.parts().into_iter();
-    parts
-        .map(|(name, s)| (name.to_owned(), s.into()))
-        .collect::<Map<String, Value>>()
-        .into()
+    let parts = parts.map(|(name, seconds)| (name.to_owned(), json!(seconds)));
+    Value::Object(parts.collect::<Map<_, _>>())
 }
 
 /// The factor: its precision, its coefficients, and the operations that made it.

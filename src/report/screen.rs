@@ -47,21 +47,10 @@ impl SolvedRun<'_> {
             line(&name, (!words.is_empty()).then_some(words));
         }
         for of in self.first_quantities() {
-            let share = self
-                .friction_used()
-                .filter(|_| of == Functional::TangentialForce);
-            let mut share = share.map_or_else(String::new, |share| {
-                format!(", {:.0} % of what friction can bear", 100.0 * share)
-            });
-            if let Some(slip) = self
-                .largest_slip()
-                .filter(|_| of == Functional::TangentialForce)
-            {
-                share += &format!(
-                    "; slips by up to {}",
-                    self.unit(Dimension::LENGTH).told(&[slip])
-                );
-            }
+            let share = match of {
+                Functional::TangentialForce => self.friction_words(),
+                _ => String::new(),
+            };
             line(
                 &name_of_quantity(of),
                 self.quantity(of).map(|words| words + &share),
@@ -88,30 +77,20 @@ impl SolvedRun<'_> {
                 .iter()
                 .fold(0.0_f64, |most, part| most.max(part.abs()))
         };
-        let told = |dimension, vector: [f64; 3], least: f64| {
-            let noise = 1e-9 * size(&vector).max(least);
-            let clean = vector.map(|part| if part.abs() <= noise { 0.0 } else { part });
-            (size(&clean) > 0.0).then(|| self.unit(dimension).told(&clean))
-        };
         let lever = size(&tool.force) * self.mesh.extent();
         let parts = [
-            (
-                "moved by ",
-                told(Dimension::LENGTH, tool.displacement, 0.0),
-                "",
-            ),
-            (
-                "turned by ",
-                told(Dimension::Number, tool.turn, 0.0),
-                " rad",
-            ),
-            ("force ", told(Dimension::FORCE, tool.force, 0.0), ""),
-            ("moment ", told(Dimension::MOMENT, tool.moment, lever), ""),
+            ("moved by", Dimension::LENGTH, tool.displacement, 0.0, ""),
+            ("turned by", Dimension::Number, tool.turn, 0.0, " rad"),
+            ("force", Dimension::FORCE, tool.force, 0.0, ""),
+            ("moment", Dimension::MOMENT, tool.moment, lever, ""),
         ];
-        let parts = parts
-            .into_iter()
-            .filter_map(|(name, words, unit)| Some(format!("{name}{}{unit}", words?)));
-        parts.collect::<Vec<_>>().join(", ")
+        let told = parts.map(|(name, dimension, vector, least, unit)| {
+            let noise = 1e-9 * size(&vector).max(least);
+            let clean = vector.map(|part| if part.abs() <= noise { 0.0 } else { part });
+            let words = self.unit(dimension).told(&clean);
+            (size(&clean) > 0.0).then(|| format!("{name} {words}{unit}"))
+        });
+        told.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 
     /// The quantities of the first screen, the one that the mesh is refined for among them.
@@ -201,6 +180,20 @@ impl SolvedRun<'_> {
             Some((name, format!("{force} on {body}")))
         };
         pairs.filter_map(told).chain(others).collect()
+    }
+
+    /// How much of what friction can bear is used, and the longest slip.
+    fn friction_words(&self) -> String {
+        let share = self.friction_used().map_or_else(String::new, |share| {
+            format!(", {:.0} % of what friction can bear", 100.0 * share)
+        });
+        let slip = self.largest_slip().map_or_else(String::new, |slip| {
+            format!(
+                "; slips by up to {}",
+                self.unit(Dimension::LENGTH).told(&[slip])
+            )
+        });
+        share + &slip
     }
 
     /// The friction force over the largest one in its direction that the panes can bear as they are pressed; `None` without a force.

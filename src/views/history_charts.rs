@@ -93,10 +93,10 @@ fn force_displacement(records: &[StepRecord], units: Units) -> Chart {
 /// Energies over time, works summed up.
 fn energies(records: &[StepRecord], units: Units) -> Chart {
     let names = [
-        "work of the loads",
-        "dissipated",
-        "work on the foundation",
-        "energy imbalance",
+        "work of loads",
+        "friction took",
+        "normal work",
+        "unaccounted",
     ];
     let sums: [fn(&StepRecord) -> f64; 4] = [
         |record| record.energies.load_work,

@@ -258,7 +258,7 @@ fn check_common_friction(scene: &Scene) -> Result<(), InvalidValue> {
             scene.has_contact(),
             "friction",
             "a [contact] table that is not glued beside [friction]",
-            "no contact",
+            "none",
             "friction acts on the contact face; name it in [contact]",
         )?;
         let order = scene.contact_order();
