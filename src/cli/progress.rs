@@ -60,15 +60,25 @@ pub(super) fn show(spinner: &ProgressBar, step: RunStep<'_>) {
 /// Lets a spinner say how far a step is whose operations are counted, and when it will end, as long as it is at work.
 fn count(spinner: &ProgressBar, step: &'static str, work: &Arc<Work>) {
     let (work, started) = (work.clone(), Instant::now());
-    let Ok(style) = ProgressStyle::with_template("{spinner} {prefix:<9} {elapsed} {msg}{counted}")
+    let counted = move || words_of(work.share(), started.elapsed().as_secs_f64());
+    say_with(spinner, step.to_owned(), counted);
+}
+
+/// Lets a spinner say some words and others that change while it spins.
+fn say_with(
+    spinner: &ProgressBar,
+    words: String,
+    changing: impl Fn() -> String + Clone + Send + Sync + 'static,
+) {
+    let Ok(style) = ProgressStyle::with_template("{spinner} {prefix:<9} {elapsed} {msg}{changing}")
     else {
         return;
     };
-    let counted = move |_: &ProgressState, text: &mut dyn Write| {
-        let _ = text.write_str(&words_of(work.share(), started.elapsed().as_secs_f64()));
+    let changing = move |_: &ProgressState, text: &mut dyn Write| {
+        let _ = text.write_str(&changing());
     };
-    spinner.set_style(style.with_key("counted", counted));
-    spinner.set_message(step);
+    spinner.set_style(style.with_key("changing", changing));
+    spinner.set_message(words);
 }
 
 /// Lets a spinner say what a study is at, and shows its first figures as soon as they are there.
@@ -87,18 +97,12 @@ pub(super) fn piece(
     seconds_left: Option<f64>,
     then: Instant,
 ) {
-    let Ok(style) = ProgressStyle::with_template("{spinner} {prefix:<9} {elapsed} {msg}{left}")
-    else {
-        return;
-    };
-    let left = move |_: &ProgressState, text: &mut dyn Write| {
+    let left = move || {
         let left = seconds_left.map(|seconds| seconds - then.elapsed().as_secs_f64());
-        if let Some(left) = left.filter(|left| *left >= 0.5) {
-            let _ = write!(text, ", about {left:.0} s left");
-        }
+        let left = left.filter(|left| *left >= 0.5);
+        left.map_or_else(String::new, |left| format!(", about {left:.0} s left"))
     };
-    spinner.set_style(style.with_key("left", left));
-    spinner.set_message(format!("{number} of {of}: {words}"));
+    say_with(spinner, format!("{number} of {of}: {words}"), left);
 }
 
 /// How far a step is, and the time left if it goes on as it did; empty once nothing of it is left.

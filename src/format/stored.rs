@@ -1,6 +1,6 @@
 //! Values as datasets hold them: what stands in the file for a Rust type, and back.
 
-use runfile::{GroupWriter, Kind, Reader, StoreError, StoredElement, StoredEnum};
+use runfile::{GroupWriter, Kind, Reader, StoreError, StoredEnum};
 
 /// What a dataset is made of: numbers, texts, members of an enumeration.
 pub(super) trait Item: Sized {
@@ -51,18 +51,18 @@ pub(super) trait Absent {
     fn absent() -> Self;
 }
 
-/// Numbers as they are, each with its reader of finite ones.
+/// Numbers: their kind, how they are written, read, and read where only finite ones are allowed.
 macro_rules! elements {
-    ($($element:ident, $read_finite:ident);+) => {$(
+    ($($element:ident is $kind:ident: $write:ident, $read:ident, $read_finite:ident);+) => {$(
         impl Item for $element {
-            const KIND: Kind = <$element as StoredElement>::KIND;
+            const KIND: Kind = Kind::$kind;
 
             fn write(to: &mut GroupWriter<'_>, path: &str, items: &[Self], shape: &[usize]) -> Result<(), StoreError> {
-                to.write(path, items, shape)
+                to.$write(path, items, shape)
             }
 
             fn read(reader: &Reader, path: &str, is_finite: bool) -> Result<(Vec<Self>, Vec<usize>), StoreError> {
-                let array = if is_finite { reader.$read_finite(path)? } else { reader.read(path)? };
+                let array = if is_finite { reader.$read_finite(path)? } else { reader.$read(path)? };
                 let shape = array.shape().to_vec();
                 Ok((array.into_raw_vec_and_offset().0, shape))
             }
@@ -70,25 +70,11 @@ macro_rules! elements {
     )+};
 }
 
-elements!(f64, read_finite_f64; i64, read; u8, read);
-
-impl Item for usize {
-    const KIND: Kind = Kind::I64;
-
-    fn write(
-        to: &mut GroupWriter<'_>,
-        path: &str,
-        items: &[Self],
-        shape: &[usize],
-    ) -> Result<(), StoreError> {
-        to.write_indices(path, items, shape)
-    }
-
-    fn read(reader: &Reader, path: &str, _: bool) -> Result<(Vec<Self>, Vec<usize>), StoreError> {
-        let array = reader.read_indices(path)?;
-        let shape = array.shape().to_vec();
-        Ok((array.into_raw_vec_and_offset().0, shape))
-    }
+elements! {
+    f64 is F64: write, read, read_finite_f64;
+    i64 is I64: write, read, read;
+    u8 is U8: write, read, read;
+    usize is I64: write_indices, read_indices, read_indices
 }
 
 impl Item for String {

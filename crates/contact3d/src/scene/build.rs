@@ -17,45 +17,10 @@ impl Scene {
         self
     }
 
-    /// The scene with one more body.
-    #[must_use]
-    pub fn with_body(mut self, body: Body) -> Self {
-        self.bodies.push(body);
-        self
-    }
-
     /// The scene with one more part of another material.
     #[must_use]
     pub fn with_region(mut self, part: Part, material: Material) -> Self {
         self.regions.push(Region { part, material });
-        self
-    }
-
-    /// The scene with one more clamp.
-    #[must_use]
-    pub fn with_clamp(mut self, clamp: Clamp) -> Self {
-        self.clamps.push(clamp);
-        self
-    }
-
-    /// The scene with one more traction.
-    #[must_use]
-    pub fn with_traction(mut self, traction: Traction) -> Self {
-        self.tractions.push(traction);
-        self
-    }
-
-    /// The scene with one more pressure.
-    #[must_use]
-    pub fn with_pressure(mut self, pressure: Pressure) -> Self {
-        self.pressures.push(pressure);
-        self
-    }
-
-    /// The scene with one more total force.
-    #[must_use]
-    pub fn with_force(mut self, force: Force) -> Self {
-        self.forces.push(force);
         self
     }
 
@@ -68,31 +33,10 @@ impl Scene {
         self
     }
 
-    /// The scene with one more contact face.
-    #[must_use]
-    pub fn with_contact(mut self, contact: Contact) -> Self {
-        self.contacts.push(contact);
-        self
-    }
-
-    /// The scene with one more tool.
-    #[must_use]
-    pub fn with_tool(mut self, tool: Tool) -> Self {
-        self.tools.push(tool);
-        self
-    }
-
     /// The scene with friction on the contact faces that have none of their own.
     #[must_use]
     pub fn with_friction(mut self, friction: Friction) -> Self {
         self.friction = Some(friction);
-        self
-    }
-
-    /// The scene with one more step of a load history.
-    #[must_use]
-    pub fn with_step(mut self, step: Step) -> Self {
-        self.steps.push(step);
         self
     }
 
@@ -112,6 +56,38 @@ impl Scene {
         self.validate()?;
         Ok(self)
     }
+}
+
+/// Scenes with one more entry of a list.
+macro_rules! with_one_more {
+    ($($(#[$doc:meta])* $method:ident($list:ident: $entry:ty);)+) => {
+        impl Scene {
+            $($(#[$doc])*
+            #[must_use]
+            pub fn $method(mut self, entry: $entry) -> Self {
+                self.$list.push(entry);
+                self
+            })+
+        }
+    };
+}
+with_one_more! {
+    /// The scene with one more body.
+    with_body(bodies: Body);
+    /// The scene with one more clamp.
+    with_clamp(clamps: Clamp);
+    /// The scene with one more traction.
+    with_traction(tractions: Traction);
+    /// The scene with one more pressure.
+    with_pressure(pressures: Pressure);
+    /// The scene with one more total force.
+    with_force(forces: Force);
+    /// The scene with one more contact face.
+    with_contact(contacts: Contact);
+    /// The scene with one more tool.
+    with_tool(tools: Tool);
+    /// The scene with one more step of a load history.
+    with_step(steps: Step);
 }
 
 impl Clamp {
