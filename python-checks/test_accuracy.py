@@ -74,7 +74,7 @@ def test_the_file_is_what_the_schema_says(study_path, schema):
 def test_differences_to_the_finest_mesh(study_path, solved):
     with open_run(study_path) as file:
         stored = file["accuracy/levels/energy_difference"][:]
-        assert file["accuracy/levels/n_div"][:].tolist() == [2, 4, 8]
+        assert file["accuracy/levels/cells"][:, 2].tolist() == [2, 4, 8]
     finest = solved[8]
     size = energy_norm(finest, finest.displacement)
     for value, n_div in zip(stored, (2, 4, 8), strict=True):
@@ -110,6 +110,39 @@ def test_energies_orders_and_limits(study_path, solved):
         errors = study["levels/energy_error"][:] ** 2
         limit = -squares[1] / (ratio - 1)
         assert errors == pytest.approx(squares - limit, rel=1e-6)
+
+
+def test_quantities_their_orders_and_limits(study_path, solved):
+    with open_run(study_path) as file:
+        study = file["accuracy"]
+        names = [name.decode() for name in study["quantities/name"][:]]
+        values = dict(zip(names, study["levels/quantities"][:].T, strict=True))
+        orders = study["order/quantities"][:]
+        limits = study["limit/quantities"][:]
+    assert names == [
+        "normal_force",
+        "largest_pressure",
+        "largest_von_mises",
+        "contact_area",
+        "stick_area",
+    ]
+    for k, problem in enumerate(solved[n] for n in (2, 4, 8)):
+        pressure = problem.multiplier[: len(problem.pane_area)]
+        # Solves to 1e-12 of well-conditioned problems.
+        force = problem.pane_area @ pressure
+        assert values["normal_force"][k] == pytest.approx(force, rel=1e-9)
+        assert values["largest_pressure"][k] == pytest.approx(pressure.max(), rel=1e-9)
+    for name, order, limit in zip(names, orders, limits, strict=True):
+        v = values[name]
+        assert np.isnan(order[:2]).all()
+        ratio = (v[0] - v[1]) / (v[1] - v[2])
+        # With cells halved, an order p is log2 of the ratio, from 0 to 4.
+        if not 1 < ratio < 16:
+            assert np.isnan([order[2], limit]).all()
+            continue
+        assert order[2] == pytest.approx(np.log2(ratio), rel=1e-6)
+        expected = v[2] + (v[2] - v[1]) / (ratio - 1) if order[2] >= 0.5 else np.nan
+        assert limit == pytest.approx(expected, rel=1e-8, nan_ok=True)
 
 
 def test_algebraic_errors_are_those_of_solves_of_that_accuracy(

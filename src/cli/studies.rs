@@ -62,12 +62,15 @@ pub struct AccuracyArguments {
     pub(super) scene: SceneArguments,
     /// The run file, created or updated
     pub file: PathBuf,
-    /// Smallest n_div of the meshes, the cells along the shortest edge; the scene's if that is less
-    #[arg(long, value_name = "N_DIV", default_value_t = 4, value_parser = n_div)]
-    pub coarsest: usize,
-    /// n_div of the finest mesh, a multiple of the scene's; by default 4, 2 or 1 times that, up to 32
+    /// Of a brick: smallest n_div of the meshes, the cells along the shortest edge, or the scene's if that is less; by default 4
+    #[arg(long, value_name = "N_DIV", value_parser = n_div)]
+    pub coarsest: Option<usize>,
+    /// Of a brick: n_div of the finest mesh, a multiple of the scene's; by default 4, 2 or 1 times that, up to 32
     #[arg(long, value_name = "N_DIV", value_parser = n_div)]
     pub finest: Option<usize>,
+    /// Of a mesh file or several bodies: most unknowns of the two finer meshes, by a forecast; by default 320000
+    #[arg(long, value_name = "COUNT")]
+    pub unknowns: Option<usize>,
     /// Seconds for the solves of all methods; what would take longer is left out
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true, value_parser = seconds)]
     pub budget: f64,
@@ -92,6 +95,7 @@ fn accuracy(
         budget: arguments.budget,
         coarsest: arguments.coarsest,
         finest: arguments.finest,
+        unknowns: arguments.unknowns,
     };
     let spinner = progress::spinner("accuracy", output);
     let measured = measure_accuracy(&arguments.file, scene, &settings, threads, &mut |step| {
@@ -103,7 +107,7 @@ fn accuracy(
         output,
         pictures.as_ref(),
         units,
-        |folder| draw_accuracy(folder, &accuracy),
+        |folder| draw_accuracy(folder, &accuracy, units),
         || report::studies::accuracy_json(&accuracy, units),
         || report::studies::accuracy_text(&accuracy, units),
     )?;
@@ -119,8 +123,8 @@ fn accuracy(
 /// Whether the reference and all meshes were solved.
 fn is_complete(accuracy: &Accuracy) -> bool {
     let reference = accuracy.algebraic.iter().map(|l| l.reference_status);
-    let studies = accuracy.discretisation.iter();
-    let levels = studies.flat_map(|study| study.levels.iter().map(|level| level.status));
+    let levels = accuracy.discretisation.levels.iter();
+    let levels = levels.map(|level| level.status);
     reference.chain(levels).all(Status::is_solved)
 }
 

@@ -1,6 +1,6 @@
 //! `/accuracy`: errors and costs of solvers and meshes.
 
-use contact3d::solver::Status;
+use contact3d::{scene::Functional, solver::Status};
 use runfile::{
     Extent,
     Extent::{Fixed, Named},
@@ -8,13 +8,14 @@ use runfile::{
 };
 use studies::accuracy::{
     Accuracy, AlgebraicStudy, DiscretisationStudy, Level, RunMethod, RunOperator, RunResult,
-    SolverRun,
+    SolverRun, Trend,
 };
-use units::Dimension;
+use units::{Dimension, Units};
 
 use super::{
-    FormatError, extents,
-    fields::{Fields, fields, read_if_there, read_value, write_value},
+    FormatError, dimension_of_quantity, extents,
+    fields::{Fields, fields, read_if_there, read_value, write_list, write_value},
+    quantities,
     stored::stored_as,
 };
 
@@ -39,13 +40,17 @@ stored_as! {
 }
 
 const ADVICE: &str = "/accuracy/advice";
-const SCENE_N_DIV: &str = "/accuracy/scene_n_div";
+const SCENE_LEVEL: &str = "/accuracy/scene_level";
+const QUANTITY: &str = "/accuracy/quantities/name";
+const UNIT: &str = "/accuracy/quantities/unit";
 
 const NO_CONTACT: &str = "absent without contact";
-const NO_BRICK: &str = "absent for a mesh file, which has no finer meshes";
+const NO_BRICK: &str = "absent unless the body is one brick";
 const SOLVES_AXIS: &[Extent] = &[Named("n_solves")];
 const OF_OPERATORS: &[Extent] = &[Fixed(2)];
 const LEVELS: &[Extent] = &[Named("n_levels")];
+const QUANTITIES: &[Extent] = &[Named("n_accuracy_quantities")];
+const OF_LEVELS: &[Extent] = &[Named("n_levels"), Named("n_accuracy_quantities")];
 
 pub(super) const ACCURACY: Fields<Accuracy> = fields! { Accuracy => GROUP;
     [|accuracy| accuracy.advice().to_string()] ADVICE, &[], Dimension::Number, "What the studies mean for this mesh, in one sentence.".volatile();
@@ -74,29 +79,38 @@ pub(super) const SOLVES: Fields<SolverRun> = fields! { SolverRun => GROUP;
 };
 
 pub(super) const MESHES: Fields<Level> = fields! { Level => GROUP;
-    {Kind::I64} SCENE_N_DIV, &[], Dimension::Number, "Smallest number of cells along an edge in the scene itself.".optional(NO_BRICK);
-    (n_div) "/accuracy/levels/n_div", LEVELS, Dimension::Number, "Smallest number of cells along an edge.".symbol("n_div").optional(NO_BRICK);
+    {Kind::I64} SCENE_LEVEL, &[], Dimension::Number, "Which level is the mesh of the scene itself, from 0 on.";
     (cells) "/accuracy/levels/cells", &[Named("n_levels"), extents::XYZ], Dimension::Number, "Cells along the edges.".optional(NO_BRICK);
-    (cell_size) "/accuracy/levels/cell_size", LEVELS, Dimension::LENGTH, "Cube root of the mean volume of a cell.".symbol("h").optional(NO_BRICK);
-    (n_free) "/accuracy/levels/unknowns", LEVELS, Dimension::Number, "Free degrees of freedom.".optional(NO_BRICK);
-    (n_multipliers) "/accuracy/levels/multipliers", LEVELS, Dimension::Number, "Multipliers.".optional(NO_BRICK);
-    (status) "/accuracy/levels/status", LEVELS, Dimension::Number, "How the solve ended.".optional(NO_BRICK);
-    (applications) "/accuracy/levels/applications", LEVELS, Dimension::Number, "Applications of the dual operator.".symbol("n_A").optional(NO_BRICK);
-    (energy_difference) "/accuracy/levels/energy_difference", LEVELS, Dimension::Number, "|u_h - u_f|_A / |u_f|_A with u_f of the finest mesh.".symbol("e_h").optional(NO_BRICK);
-    [|level| level.energy_error.unwrap_or(f64::NAN)] "/accuracy/levels/energy_error", LEVELS, Dimension::Number, "|u_h - u|_A / |u_f|_A with the extrapolated limit of e_h^2; NaN where no order is observed.".optional(NO_BRICK);
-    (estimated_error) "/accuracy/levels/estimated_error", LEVELS, Dimension::Number, "Error of u_h over |u_h|_A as its own report estimates it.".optional(NO_BRICK);
-    (potential_energy) "/accuracy/levels/potential_energy", LEVELS, Dimension::Energy, "u.Au / 2 - l.u.".symbol("J").optional(NO_BRICK);
-    (cost.seconds) "/accuracy/levels/seconds", LEVELS, Dimension::Time, "Median wall-clock time of mesh, assembly, solve and evaluation in memory.".volatile().optional(NO_BRICK);
-    (cost.repeats) "/accuracy/levels/repeats", LEVELS, Dimension::Number, "Runs the median is taken of.".volatile().optional(NO_BRICK);
-    (nan cost.peak_bytes) "/accuracy/levels/peak_memory", LEVELS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NO_BRICK);
+    (n_tetrahedra) "/accuracy/levels/tetrahedra", LEVELS, Dimension::Number, "Tetrahedra.";
+    (size) "/accuracy/levels/size", LEVELS, Dimension::LENGTH, "Cube root of the mean volume of a cell, of a tetrahedron without cells.".symbol("h");
+    (n_free) "/accuracy/levels/unknowns", LEVELS, Dimension::Number, "Free degrees of freedom.";
+    (n_multipliers) "/accuracy/levels/multipliers", LEVELS, Dimension::Number, "Multipliers.";
+    (status) "/accuracy/levels/status", LEVELS, Dimension::Number, "How the solve ended.";
+    (applications) "/accuracy/levels/applications", LEVELS, Dimension::Number, "Applications of the dual operator.".symbol("n_A");
+    (energy_difference) "/accuracy/levels/energy_difference", LEVELS, Dimension::Number, "|u_h - u_f|_A / |u_f|_A with u_f of the finest mesh.".symbol("e_h");
+    [|level| level.energy_error.unwrap_or(f64::NAN)] "/accuracy/levels/energy_error", LEVELS, Dimension::Number, "|u_h - u|_A / |u_f|_A with the extrapolated limit of e_h^2; NaN where no order is observed.";
+    (estimated_error) "/accuracy/levels/estimated_error", LEVELS, Dimension::Number, "Error of u_h over |u_h|_A as its own report estimates it.";
+    (potential_energy) "/accuracy/levels/potential_energy", LEVELS, Dimension::Energy, "u.Au / 2 - l.u.".symbol("J");
+    (quantities) "/accuracy/levels/quantities", OF_LEVELS, Dimension::Number, "Quantities of the solution, each in its own `unit`; NaN for one that the level does not have.".symbol("Q(u_h)");
+    (cost.seconds) "/accuracy/levels/seconds", LEVELS, Dimension::Time, "Median wall-clock time of mesh, assembly, solve and evaluation in memory.".volatile();
+    (cost.repeats) "/accuracy/levels/repeats", LEVELS, Dimension::Number, "Runs the median is taken of.".volatile();
+    (nan cost.peak_bytes) "/accuracy/levels/peak_memory", LEVELS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile();
 };
 
 /// Orders and limits, which reading computes again.
 pub(super) const TRENDS: Fields<DiscretisationStudy> = fields! { DiscretisationStudy => GROUP;
-    [|study| numbers(&study.energy_norm.orders)] "/accuracy/order/energy_norm", LEVELS, Dimension::Number, "Order of the energy-norm error observed from each level and the two before it; NaN where none is.".symbol("p").optional(NO_BRICK);
-    [|study| numbers(&study.potential_energy.orders)] "/accuracy/order/potential_energy", LEVELS, Dimension::Number, "Order of the potential energy, likewise.".optional(NO_BRICK);
-    [|study| study.potential_energy.limit.unwrap_or(f64::NAN)] "/accuracy/limit/potential_energy", &[], Dimension::Energy, "Extrapolated potential energy; NaN where no order is observed.".optional(NO_BRICK);
+    [|study| each(study, |(of, _)| of.word().to_owned())] QUANTITY, QUANTITIES, Dimension::Number, "Quantities of the levels, as `adapt.of` names them.";
+    {Kind::Text} UNIT, QUANTITIES, Dimension::Number, "The unit of each: of its values and its limit.";
+    [|study| numbers(&study.energy_norm.orders)] "/accuracy/order/energy_norm", LEVELS, Dimension::Number, "Order of the energy-norm error observed from each level and the two before it; NaN where none is.".symbol("p");
+    [|study| numbers(&study.potential_energy.orders)] "/accuracy/order/potential_energy", LEVELS, Dimension::Number, "Order of the potential energy, likewise.";
+    [|study| each(study, |(_, trend)| numbers(&trend.orders))] "/accuracy/order/quantities", &[Named("n_accuracy_quantities"), Named("n_levels")], Dimension::Number, "Order of each quantity, likewise.";
+    [|study| study.potential_energy.limit.unwrap_or(f64::NAN)] "/accuracy/limit/potential_energy", &[], Dimension::Energy, "Extrapolated potential energy; NaN where no order is observed.";
+    [|study| each(study, |(_, trend)| trend.limit.unwrap_or(f64::NAN))] "/accuracy/limit/quantities", QUANTITIES, Dimension::Number, "Extrapolated quantities, each in its own `unit`, likewise.";
 };
+
+fn each<V>(study: &DiscretisationStudy, of: fn(&(Functional, Trend)) -> V) -> Vec<V> {
+    study.quantities.iter().map(of).collect()
+}
 
 fn put_peaks(study: &mut AlgebraicStudy, peaks: [f64; 2]) {
     for (cost, peak) in study.assembly.iter_mut().zip(peaks) {
@@ -111,18 +125,26 @@ fn numbers(values: &[Option<f64>]) -> Vec<f64> {
 }
 
 /// Writes both studies and their advice.
-pub fn write(writer: &mut GroupWriter<'_>, accuracy: &Accuracy) -> Result<(), StoreError> {
+pub fn write(
+    writer: &mut GroupWriter<'_>,
+    accuracy: &Accuracy,
+    units: Units,
+) -> Result<(), StoreError> {
     ACCURACY.write_one(writer, accuracy)?;
     if let Some(study) = &accuracy.algebraic {
         ALGEBRAIC.write_one(writer, study)?;
         SOLVES.write_rows(writer, &study.entries)?;
     }
-    if let Some(study) = &accuracy.discretisation {
-        write_value(writer, SCENE_N_DIV, &study.scene_n_div)?;
-        MESHES.write_rows(writer, &study.levels)?;
-        TRENDS.write_one(writer, study)?;
-    }
-    Ok(())
+    let study = &accuracy.discretisation;
+    let unit = |(of, _): &(Functional, _)| units.of(dimension_of_quantity(*of)).word().to_owned();
+    write_value(writer, SCENE_LEVEL, &study.scene_level)?;
+    write_list(
+        writer,
+        UNIT,
+        &study.quantities.iter().map(unit).collect::<Vec<_>>(),
+    )?;
+    MESHES.write_rows(writer, &study.levels)?;
+    TRENDS.write_one(writer, study)
 }
 
 /// Reads the sentence; `None` in a file without studies.
@@ -137,10 +159,7 @@ pub fn read(reader: &Reader) -> Result<Accuracy, FormatError> {
             .is_there(reader)
             .then(|| read_algebraic(reader))
             .transpose()?,
-        discretisation: MESHES
-            .is_there(reader)
-            .then(|| read_discretisation(reader))
-            .transpose()?,
+        discretisation: read_discretisation(reader)?,
     })
 }
 
@@ -157,7 +176,19 @@ fn read_algebraic(reader: &Reader) -> Result<AlgebraicStudy, FormatError> {
 }
 
 fn read_discretisation(reader: &Reader) -> Result<DiscretisationStudy, FormatError> {
+    let words: Vec<String> = read_value(reader, QUANTITY)?;
+    let quantities = words
+        .iter()
+        .map(|word| quantities::named(None, word, QUANTITY));
+    let quantities: Vec<Functional> = quantities.collect::<Result<_, _>>()?;
     let levels = MESHES.read_rows(reader, Level::default)?;
-    let scene_n_div = read_value(reader, SCENE_N_DIV)?;
-    Ok(DiscretisationStudy::new(scene_n_div, levels))
+    let scene_level: usize = read_value(reader, SCENE_LEVEL)?;
+    let has_all = |level: &Level| level.quantities.len() == quantities.len();
+    if scene_level < levels.len() && levels.iter().all(has_all) {
+        return Ok(DiscretisationStudy::new(scene_level, levels, quantities));
+    }
+    Err(FormatError::Inconsistent {
+        dataset: SCENE_LEVEL,
+        reason: "expected one of the levels, and of each a value of every quantity".to_owned(),
+    })
 }

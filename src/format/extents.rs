@@ -127,6 +127,7 @@ pub(super) const OF_RUN_FILES: &[(&str, &str)] = &[
     CELL_VALUES,
     SERIES_STEPS,
     ("n_levels", "nested meshes of the study of accuracy"),
+    ("n_accuracy_quantities", "quantities of these meshes"),
     ("n_tetrahedron_sides", "sides of tetrahedra, each once"),
     ("n_adaptive_levels", "adaptive meshes that were solved"),
     ("n_refinements", "adaptive meshes beyond the first, solved or made"),

@@ -194,6 +194,13 @@ pub(super) fn problem_bytes(nodes: f64) -> u64 {
     (150.0 * (3.0 * nodes).powf(4.0 / 3.0)) as u64
 }
 
+/// Unknowns of the largest problem that fits by [`problem_bytes`].
+pub(super) fn unknowns_that_fit() -> usize {
+    available_memory().map_or(usize::MAX, |bytes| {
+        (bytes as f64 / 150.0).powf(0.75) as usize
+    })
+}
+
 /// What assembling a brick takes at least: as [`problem_bytes`] of cubes of its shortest edge in a row, of which the factor in single
 /// precision takes four tenths; nothing is known of other bodies.
 pub(super) fn least_of_problem(input: &SceneFile) -> Requirement {

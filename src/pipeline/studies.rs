@@ -9,7 +9,7 @@ use contact3d::scene::{InvalidValue, Scene, SceneFile};
 use runfile::{GroupRecord, IfMissing, Reader, RunFile, StoreError};
 use studies::{
     StudyStep,
-    accuracy::{Accuracy, AccuracySettings, nested_bricks},
+    accuracy::{Accuracy, AccuracySettings, MOST_UNKNOWNS, nested_bricks},
     bound::BoundParts,
     branches::{Branches, Family, ParameterRange},
 };
@@ -39,20 +39,27 @@ pub fn measure_accuracy(
 ) -> Result<Accuracy, StageError> {
     pin_mesh_file(&mut input)?;
     let scene = &input.scene;
-    if let Some(brick) = scene.as_brick()
-        && let Some(finest) = nested_bricks(scene, brick, settings)?.last()
-    {
-        let need = resources::need_of_finest(finest, scene.element());
-        resources::admit(need, path)?;
+    let mut limits = *settings;
+    match scene.as_brick() {
+        None => {
+            let most = settings.unknowns.unwrap_or(MOST_UNKNOWNS);
+            limits.unknowns = Some(most.min(resources::unknowns_that_fit()));
+        }
+        Some(brick) => {
+            if let Some(finest) = nested_bricks(scene, brick, settings)?.last() {
+                let need = resources::need_of_finest(finest, scene.element());
+                resources::admit(need, path)?;
+            }
+        }
     }
     let file = RunFile::lock(path, LAYOUT.in_units(scene.units), IfMissing::Create)?;
     let started = Instant::now();
-    let measured = Accuracy::measure(scene, &input.folder, settings, observe)?;
+    let measured = Accuracy::measure(scene, &input.folder, &limits, observe)?;
     let settings = toml::to_string(settings).expect("settings hold only TOML types");
     let seconds = started.elapsed().as_secs_f64();
     let record = GroupRecord::ended(settings, accuracy_input(scene), seconds, threads);
     store_with_scene(&file, scene, format::ACCURACY, &record, |writer| {
-        format::write_accuracy(writer, &measured)
+        format::write_accuracy(writer, &measured, scene.units)
     })?;
     Ok(measured)
 }

@@ -242,25 +242,17 @@ impl SolvedRun<'_> {
         if let Some(it) = estimates.find(|it| it.functional == of) {
             return Some(self.with_error(it, unit));
         }
-        let resultants = &self.report.resultants;
-        let value = match (of, &resultants.contact) {
-            (Functional::StrainEnergy, _) => resultants.strain_energy,
-            (Functional::NormalForce, Some(contact)) => contact.normal_force,
-            (Functional::LargestPressure, Some(contact)) => {
-                let place = self.pane_of_largest_pressure().map(|(pane, surface)| {
-                    let middle = surface.pane_centre(self.mesh, pane);
-                    format!(" at {}", self.unit(Dimension::LENGTH).told(&middle))
-                });
-                let place = place.unwrap_or_default() + &self.face_of_largest_pressure();
-                return Some(unit.told(&[contact.largest_pressure]) + &place);
-            }
-            (Functional::TangentialForce, Some(contact)) => {
-                let force = self.without_noise(contact.tangential_force?, |row| row.force);
-                force[0].hypot(force[1])
-            }
-            _ => return None,
-        };
-        Some(unit.told(&[value]))
+        let value = self.report.value(of)?;
+        let is_noise = of == Functional::TangentialForce && value <= self.noise(|row| row.force);
+        let told = unit.told(&[if is_noise { 0.0 } else { value }]);
+        if of != Functional::LargestPressure {
+            return Some(told);
+        }
+        let place = self.pane_of_largest_pressure().map(|(pane, surface)| {
+            let middle = surface.pane_centre(self.mesh, pane);
+            format!(" at {}", self.unit(Dimension::LENGTH).told(&middle))
+        });
+        Some(told + &place.unwrap_or_default() + &self.face_of_largest_pressure())
     }
 
     /// The pane with the largest pressure; `None` where none is pressed.

@@ -5,25 +5,25 @@ use std::fmt::Write;
 use contact3d::scene::{Quantity, Scene};
 use serde_json::{Value, json};
 use studies::{
-    accuracy::{Accuracy, AlgebraicStudy, Cost, DiscretisationStudy, SolverRun, Trend},
+    accuracy::{Accuracy, AlgebraicStudy, Cost, DiscretisationStudy, SolverRun},
     bound::BoundParts,
     branches::{Branches, PathEnd, PathPoint, PointKind, Switch},
 };
-use units::{Dimension, Units};
+use units::{Dimension, Unit, Units};
 
 use super::{
     Digits::{Fixed, Scientific},
-    FigureTable, Figures, percent,
+    FigureTable, Figures,
+    answer::name_of_quantity,
+    percent,
 };
+use crate::format::dimension_of_quantity as dimension;
 
 /// The advice, then the tables; that of the solves, which is long, is in the page and in JSON.
 pub fn accuracy_text(accuracy: &Accuracy, units: Units) -> String {
-    let mut text = format!("{}\n\n", accuracy.advice());
-    let meshes = accuracy.discretisation.as_ref();
-    let meshes = meshes.map(|study| levels(study, units));
-    if let Some(table) = meshes {
-        text += &(table.text() + "\n");
-    }
+    let study = &accuracy.discretisation;
+    let tables = [levels(study, units), quantities(study, units)].map(|table| table.text() + "\n");
+    let mut text = format!("{}\n\n{}", accuracy.advice(), tables.concat());
     if let Some(study) = &accuracy.algebraic {
         let count = study.entries.len();
         let _ = write!(
@@ -36,11 +36,12 @@ pub fn accuracy_text(accuracy: &Accuracy, units: Units) -> String {
 
 /// The same for programs.
 pub fn accuracy_json(accuracy: &Accuracy, units: Units) -> Value {
-    let none = || json!([]);
-    let (algebraic, meshes) = (&accuracy.algebraic, &accuracy.discretisation);
+    let (algebraic, study) = (&accuracy.algebraic, &accuracy.discretisation);
+    let rows = levels(study, units).rows.into_iter();
+    let rows = rows.zip(quantities(study, units).rows);
     json!({
-        "solves": algebraic.as_ref().map_or_else(none, |study| entries(study, units).json()),
-        "levels": meshes.as_ref().map_or_else(none, |study| levels(study, units).json()),
+        "solves": algebraic.as_ref().map_or_else(|| json!([]), |study| entries(study, units).json()),
+        "levels": rows.map(|(level, quantities)| level.with(quantities).json()).collect::<Value>(),
         "advice": accuracy.advice().to_string(),
     })
 }
@@ -89,20 +90,19 @@ fn solver_run(entry: &SolverRun, units: Units) -> Figures {
 /// The meshes of the discretisation study.
 #[rustfmt::skip]
 pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
-    let order = |figures: &mut Figures, key: &str, trend: Option<&Trend>, k: usize| {
-        let order = trend.and_then(|trend| trend.orders[k]);
-        figures.number(key, "order", Fixed(2), order);
-    };
     let rows = study.levels.iter().enumerate().map(|(k, level)| {
         let mut figures = Figures::new(units);
-        figures.plain("n_div", "n_div", level.n_div);
+        figures.human_only("mesh", Some(level.name()));
+        figures.json_only("n_div", level.cells.and_then(|cells| cells.into_iter().min()));
         figures.json_only("cells", level.cells);
+        figures.json_only("n_tetrahedra", level.n_tetrahedra);
+        figures.add("size", "h", Dimension::LENGTH, Scientific(3), level.size);
         figures.plain("n_free", "unknowns", level.n_free);
-        figures.number("energy_difference", "error to finest", Fixed(4), Some(level.energy_difference).filter(|error| !error.is_nan()));
+        figures.number("energy_difference", "error to finest", Fixed(4), known(level.energy_difference));
         figures.number("energy_error", "error to limit", Fixed(4), level.energy_error);
-        order(&mut figures, "energy_order", Some(&study.energy_norm), k);
+        figures.number("energy_order", "order", Fixed(2), study.energy_norm.orders[k]);
         figures.add("potential_energy", "potential energy", Dimension::Energy, Scientific(8), level.potential_energy);
-        order(&mut figures, "", Some(&study.potential_energy), k);
+        figures.number("potential_energy_order", "order", Fixed(2), study.potential_energy.orders[k]);
         figures.plain("applications", "applications", level.applications);
         cost(&mut figures, Some(&level.cost));
         figures.json_only("cost", cost_json(&level.cost));
@@ -110,17 +110,48 @@ pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
         figures
     });
     let caption = "Discretisation error (relative, energy norm; orders from each mesh and the two before)";
-    FigureTable::new(caption, rows).with_note(limit(study, units))
+    let limit = limit(study.potential_energy.limit, units.of(Dimension::Energy));
+    FigureTable::new(caption, rows).with_note(format!("limit of the potential energy: {limit}\n"))
 }
 
-/// What the potential energy tends to.
-fn limit(study: &DiscretisationStudy, units: Units) -> String {
-    match study.potential_energy.limit {
-        Some(limit) => format!(
-            "limit of the potential energy: {limit:.8e} {}\n",
-            units.energy()
-        ),
-        None => "limit of the potential energy: none claimed, differences between meshes do not fall with h^0.5 or faster\n".to_owned(),
+/// What the meshes make of quantities.
+pub fn quantities(study: &DiscretisationStudy, units: Units) -> FigureTable {
+    let rows = study.levels.iter().enumerate().map(|(k, level)| {
+        let mut figures = Figures::new(units);
+        figures.human_only("mesh", Some(level.name()));
+        for ((of, trend), value) in study.quantities.iter().zip(&level.quantities) {
+            let (name, key) = (name_of_quantity(*of), of.word());
+            figures.add(key, &name, dimension(*of), Scientific(5), known(*value));
+            figures.number(&format!("{key}_order"), "order", Fixed(2), trend.orders[k]);
+        }
+        figures
+    });
+    let mut table = FigureTable::new("Quantities of the meshes (\"-\" where there is none)", rows);
+    for (of, trend) in study
+        .quantities
+        .iter()
+        .filter(|(_, trend)| trend.limit.is_some())
+    {
+        let (name, limit) = (
+            name_of_quantity(*of),
+            limit(trend.limit, units.of(dimension(*of))),
+        );
+        let _ = writeln!(table.note, "limit of {name}: {limit}");
+    }
+    table
+}
+
+fn known(value: f64) -> Option<f64> {
+    Some(value).filter(|value| !value.is_nan())
+}
+
+/// What values of the meshes tend to.
+fn limit(limit: Option<f64>, unit: Unit) -> String {
+    match limit {
+        Some(limit) => format!("{limit:.8e} {}", unit.word()),
+        None => {
+            "none claimed, differences between meshes do not fall with h^0.5 or faster".to_owned()
+        }
     }
 }
 

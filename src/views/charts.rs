@@ -24,13 +24,12 @@ pub(super) const ACCURACY: [&str; 2] = [WORK_PRECISION, CONVERGENCE];
 pub fn draw_accuracy(
     folder: &PictureFolder,
     accuracy: &Accuracy,
+    units: Units,
 ) -> Result<Vec<PathBuf>, StageError> {
     let algebraic = accuracy.algebraic.as_ref().map(work_precision);
     // The finest mesh is what the others are compared with, and one point is no line.
-    let nested = accuracy.discretisation.as_ref();
-    let discretisation = nested
-        .filter(|study| study.levels.len() > 2)
-        .map(convergence);
+    let study = &accuracy.discretisation;
+    let discretisation = (study.levels.len() > 2).then(|| convergence(study, units));
     let charts = [(WORK_PRECISION, algebraic), (CONVERGENCE, discretisation)];
     let drawn = charts
         .into_iter()
@@ -77,17 +76,15 @@ fn series_name(entry: &SolverRun) -> String {
     format!("{}, {}", entry.method, entry.operator)
 }
 
-/// Errors of the meshes against n_div.
-pub(super) fn convergence(study: &DiscretisationStudy) -> Chart {
-    let levels = &study.levels;
+/// Errors of the meshes against their size.
+pub(super) fn convergence(study: &DiscretisationStudy, units: Units) -> Chart {
     let points = |value: &dyn Fn(&Level) -> Option<f64>| -> Vec<ChartPoint> {
-        let values = levels
-            .iter()
-            .filter_map(|level| Some((level, value(level)?)));
+        let levels = study.levels.iter();
+        let values = levels.filter_map(|level| Some((level, value(level)?)));
         let point = |(level, error): (&Level, f64)| ChartPoint {
-            x: level.n_div as f64,
+            x: level.size,
             y: error,
-            text: format!("n_div {}: {error:.3e}", level.n_div),
+            text: format!("{}: {error:.3e}", level.name()),
         };
         values.map(point).collect()
     };
@@ -105,10 +102,9 @@ pub(super) fn convergence(study: &DiscretisationStudy) -> Chart {
         ("J, to the limit", energy),
     ];
     let series = series.map(|(name, points)| Series::new(name, points));
-    let n_div = ChartAxis::logarithmic("n_div", Unit::none());
-    let n_div = n_div.with_ticks(levels.iter().map(|level| level.n_div as f64));
+    let size = ChartAxis::logarithmic("h", units.of(Dimension::LENGTH));
     let error = ChartAxis::logarithmic("relative error", Unit::none());
-    Chart::new("Discretisation error", n_div, error, series)
+    Chart::new("Discretisation error", size, error, series)
 }
 
 /// The estimated error of the levels of an adaptive mesh against their unknowns, and against the time until each, with what was asked for.

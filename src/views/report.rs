@@ -239,10 +239,13 @@ fn accuracy_parts(reader: &Reader, scene: &Scene) -> Result<Option<Vec<PagePart>
     let accuracy = format::read_accuracy(reader)?;
     let mut parts = outdated(&stored, scene, "accuracy");
     parts.extend(format::read_advice(reader)?.map(PagePart::Advice));
-    if let Some(study) = &accuracy.discretisation {
-        parts.push(PagePart::chart(&convergence(study)));
-        parts.extend(table_parts(&tables::levels(study, stored.units)));
-    }
+    let (study, units) = (&accuracy.discretisation, stored.units);
+    parts.push(PagePart::chart(&convergence(study, units)));
+    let of_meshes = [
+        tables::levels(study, units),
+        tables::quantities(study, units),
+    ];
+    parts.extend(of_meshes.iter().flat_map(table_parts));
     if let Some(study) = &accuracy.algebraic {
         parts.push(PagePart::chart(&work_precision(study)));
         parts.extend(table_parts(&tables::entries(study, stored.units)));

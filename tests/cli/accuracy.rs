@@ -27,7 +27,12 @@ fn both_studies_are_stored_drawn_printed_and_advised_on() {
     assert!(text.trim_end().ends_with("--json list them"), "{text}");
     // The small meshes come first, so a first figure does too.
     let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
-    let [small, solves, large] = ["n_div = 2: ", "reference solved", "n_div = 8: "].map(|words| {
+    let [small, solves, large] = [
+        "6 x 2 x 2 cells: ",
+        "reference solved",
+        "24 x 8 x 8 cells: ",
+    ]
+    .map(|words| {
         said.find(words)
             .unwrap_or_else(|| panic!("{words}: {said}"))
     });
@@ -127,4 +132,50 @@ coefficient.constant = 0.3
         !text.contains("0.00 %") && !text.contains("at least 0"),
         "{text}"
     );
+}
+
+/// The edges of a mesh file are halved while the unknowns allow it.
+#[test]
+fn meshes_of_files_are_cut_and_have_their_own_limits() {
+    let program = Program::new();
+    let scene = pipeline("gmsh_foot.toml");
+    let command = |more: &[&str]| {
+        let scene = scene.to_str().expect("plain path");
+        let mut command = program.command(&["accuracy", scene, "run.h5", "--budget", "0.1"]);
+        command.args(more);
+        command
+    };
+    for (options, words) in [
+        (
+            ["--finest", "8"],
+            "--finest: expected a body that is one brick",
+        ),
+        (
+            ["--coarsest", "2"],
+            "--coarsest: expected a body that is one brick",
+        ),
+    ] {
+        let refused = command(&options).assert().code(2);
+        let text = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+        assert!(text.contains(words), "{text}");
+        assert!(!program.path("run.h5").exists());
+    }
+    let done = command(&["--unknowns", "5000", "--json"])
+        .assert()
+        .success();
+    let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+    assert!(
+        said.contains("no finer mesh: expected at most 5000 unknowns"),
+        "{said}"
+    );
+    let json: Value = serde_json::from_slice(&done.get_output().stdout).expect("JSON");
+    let advice = json["advice"].as_str().expect("words");
+    assert!(advice.starts_with("At this mesh (573 tetrahedra)") && !advice.contains("n_div"));
+    let [own, finer] = [0, 1].map(|level| &json["levels"][level]);
+    assert!(own["n_div"].is_null() && own["contact_area"].is_null());
+    assert!(finer["contact_area"].is_number() && finer["stick_area_order"].is_null());
+    assert!(finer["size"].as_f64() < own["size"].as_f64());
+    program.command(&["report", "run.h5"]).assert().success();
+    let page = std::fs::read_to_string(program.path("report.html")).expect("a page");
+    assert!(page.contains("573 tetrahedra") && page.contains("largest von Mises stress [Pa]"));
 }

@@ -39,18 +39,19 @@ pub(super) struct Bisection {
 
 /// One tetrahedron of a refined mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Descendant {
+pub struct Descendant {
     /// The tetrahedron of the first mesh that it lies in.
-    pub(super) ancestor: usize,
+    pub ancestor: usize,
     /// Barycentric coordinates of its corners there.
-    pub(super) places: [[f64; 4]; 4],
+    pub places: [[f64; 4]; 4],
     /// The tetrahedron of the mesh before the last refinement that it lies in.
-    pub(super) parent: usize,
+    pub parent: usize,
 }
 
 impl Descendant {
     /// Where its corners and the middles of its edges lie in its ancestor.
-    pub(super) fn nodes(&self) -> [[f64; 4]; 10] {
+    #[must_use]
+    pub fn nodes(&self) -> [[f64; 4]; 10] {
         std::array::from_fn(|k| match k.checked_sub(4) {
             None => self.places[k],
             Some(side) => {

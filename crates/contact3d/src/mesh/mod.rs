@@ -21,6 +21,7 @@ use std::{collections::BTreeMap, ops::Range, path::Path, sync::Arc};
 
 use thiserror::Error;
 
+pub use bisection::Descendant;
 pub use bodies::BodyRange;
 pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};

@@ -99,6 +99,12 @@ impl<'a> RefinableBody<'a> {
         self.bisection.descendants().map(|d| d.parent).collect()
     }
 
+    /// Where each tetrahedron lies in the first mesh, `[n_tetrahedra]`.
+    #[must_use]
+    pub fn descendants(&self) -> Vec<Descendant> {
+        self.bisection.descendants().collect()
+    }
+
     /// The mesh as it is now.
     ///
     /// # Errors

@@ -331,6 +331,23 @@ impl ContactReport {
         self.panes.len() < areas::FEWEST_PANES
     }
 
+    /// The value of a quantity; `None` where the answer does not have it, and of means and areas without their error.
+    #[must_use]
+    pub fn value(&self, of: Functional) -> Option<f64> {
+        let contact = self.resultants.contact.as_ref();
+        match of {
+            Functional::NormalForce => Some(contact?.normal_force),
+            Functional::TangentialForce => contact?.tangential_force.map(|[a, b]| a.hypot(b)),
+            Functional::LargestPressure => Some(contact?.largest_pressure),
+            Functional::LargestVonMises => Some(self.largest_von_mises.value),
+            Functional::StrainEnergy => Some(self.resultants.strain_energy),
+            _ => {
+                let mut all = self.functionals.iter();
+                all.find(|it| it.functional == of).map(|it| it.value)
+            }
+        }
+    }
+
     /// A quantity of the answer with its error; `None` where it is absent or zero.
     #[must_use]
     pub fn functional(&self, functional: Functional) -> Option<&FunctionalEstimate> {

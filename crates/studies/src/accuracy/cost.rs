@@ -2,7 +2,7 @@
 
 use std::{fmt, fs, time::Instant};
 
-use super::{Accuracy, AlgebraicStudy, EPSILONS, RunResult};
+use super::{Accuracy, AlgebraicStudy, EPSILONS, Level, RunResult};
 
 /// What a piece of work took.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -60,70 +60,39 @@ fn peak() -> Option<f64> {
 }
 
 /// What the studies mean for someone who has the scene's mesh.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Advice {
-    /// n_div of the scene's mesh; `None` for a mesh file.
-    pub n_div: Option<usize>,
-    /// Its cells; `None` where it was not solved.
-    pub cells: Option<[usize; 3]>,
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Advice<'a> {
+    /// The scene's mesh.
+    pub mesh: &'a Level,
     /// The relative discretisation error in the energy norm, extrapolated; where no order is
     /// observed, the difference to the finest mesh, which it exceeds.
     pub discretisation_error: Option<f64>,
-    /// Whether the error is extrapolated.
-    pub extrapolated: bool,
     /// The loosest ε from which on every method's algebraic error stays below a tenth of the
     /// discretisation error.
     pub sufficient_epsilon: Option<f64>,
-    /// What the next mesh brings.
-    pub refinement: Option<FinerMesh>,
+    /// The next mesh.
+    pub finer: Option<&'a Level>,
 }
 
-/// The next mesh compared with the scene's.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FinerMesh {
-    /// Its cells.
-    pub cells: [usize; 3],
-    /// Its seconds over those of the scene's mesh.
-    pub cost_ratio: f64,
-    /// The scene's error over its error; `None` without extrapolation.
-    pub error_ratio: Option<f64>,
-}
-
-impl Advice {
+impl<'a> Advice<'a> {
     /// Reads the advice off both studies.
     #[must_use]
-    pub fn new(accuracy: &Accuracy) -> Self {
-        let Some(study) = &accuracy.discretisation else {
-            return Self::default();
-        };
-        let known = Self {
-            n_div: Some(study.scene_n_div),
-            ..Self::default()
-        };
-        let Some(here) = study.scene_level() else {
-            return known;
-        };
-        let is_finest = study.levels.last() == Some(here);
-        let at_least = (!is_finest).then_some(here.energy_difference);
+    pub fn new(accuracy: &'a Accuracy) -> Self {
+        let study = &accuracy.discretisation;
+        let mesh = &study.levels[study.scene_level];
+        let finer = study.levels.get(study.scene_level + 1);
+        let at_least = finer.map(|_| mesh.energy_difference);
         let at_least = at_least.filter(|error| !error.is_nan());
-        let error = here.energy_error.or(at_least);
-        let finer = study.levels.iter().find(|l| l.n_div > here.n_div);
+        let error = mesh.energy_error.or(at_least);
         let judged = accuracy.algebraic.as_ref().zip(error);
         Self {
-            cells: Some(here.cells),
-            extrapolated: here.energy_error.is_some(),
+            mesh,
             discretisation_error: error,
-            refinement: finer.map(|finer| FinerMesh {
-                cells: finer.cells,
-                cost_ratio: finer.cost.seconds / here.cost.seconds,
-                error_ratio: Option::zip(here.energy_error, finer.energy_error)
-                    .map(|(here, finer)| here / finer),
-            }),
             // An algebraic error of this share of the discretisation error is too small to matter: errors add
             // as squares, so it changes the whole by half a per cent.
             sufficient_epsilon: judged
                 .and_then(|(study, error)| sufficient_epsilon(study, 0.1 * error)),
-            ..known
+            finer,
         }
     }
 }
@@ -142,42 +111,36 @@ fn sufficient_epsilon(study: &AlgebraicStudy, bound: f64) -> Option<f64> {
     strict_first.take_while(|&epsilon| good(epsilon)).last()
 }
 
-impl fmt::Display for Advice {
+impl fmt::Display for Advice<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some(n_div) = self.n_div else {
-            return f.write_str(
-                "There are no finer meshes of a mesh file or of several bodies, so the discretisation error is not known.",
-            );
-        };
-        match self.cells {
-            None => write!(f, "At this mesh (n_div = {n_div})")?,
-            Some([x, y, z]) => write!(f, "At this mesh ({x} x {y} x {z} cells)")?,
-        }
+        let mesh = self.mesh;
+        write!(
+            f,
+            "At this mesh ({}) the discretisation error is ",
+            mesh.name()
+        )?;
         match self.discretisation_error {
-            None => f.write_str(" the discretisation error is not known")?,
+            None => f.write_str("not known")?,
             Some(error) => {
-                let least = if self.extrapolated { "" } else { "at least " };
+                let least = match mesh.energy_error {
+                    Some(_) => "",
+                    None => "at least ",
+                };
                 let percent = 100.0 * error;
                 // Two digits are what an extrapolation tells.
                 let digits = (1.0 - percent.log10().floor()).clamp(0.0, 9.0) as usize;
-                write!(
-                    f,
-                    " the discretisation error is {least}{percent:.digits$} % in the energy norm"
-                )?;
+                write!(f, "{least}{percent:.digits$} % in the energy norm")?;
             }
         }
         if let Some(epsilon) = self.sufficient_epsilon {
             write!(f, "; epsilon below {epsilon:.0e} buys nothing")?;
         }
-        if let Some(next) = self.refinement {
-            write!(
-                f,
-                "; refining to {} cells costs {:.1} times the time",
-                next.cells.map(|n| n.to_string()).join(" x "),
-                next.cost_ratio
-            )?;
-            if let Some(ratio) = next.error_ratio {
-                write!(f, " and divides the error by {ratio:.1}")?;
+        if let Some(finer) = self.finer {
+            let times = finer.cost.seconds / mesh.cost.seconds;
+            let name = finer.name();
+            write!(f, "; refining to {name} costs {times:.1} times the time")?;
+            if let (Some(here), Some(there)) = (mesh.energy_error, finer.energy_error) {
+                write!(f, " and divides the error by {:.1}", here / there)?;
             }
         }
         f.write_str(".")

@@ -3,10 +3,10 @@
 use std::{path::Path, sync::Arc};
 
 use super::{
-    AccuracySettings, Cost, brick_n_div,
+    AccuracySettings, Cost, MOST_UNKNOWNS, brick_n_div,
     cost::measure,
     extrapolated, nested_bricks, observed_order,
-    refinement::{prolongate, with_brick},
+    refinement::{SolvedMesh, with_brick},
 };
 use crate::StudyStep;
 use contact3d::{
@@ -14,13 +14,10 @@ use contact3d::{
     dual::PrimalSystem,
     elasticity::{InternalForces, MaterialField, SpringMatrix},
     linalg::{CscMatrix, dot},
-    mesh::Mesh,
-    scene::{AssembleSettings, Brick, Scene, SolveSettings},
+    mesh::{Mesh, RefinableBody},
+    scene::{AssembleSettings, Brick, Functional, InvalidValue, Scene, SolveSettings},
     solver::Status,
 };
-
-/// A mesh is solved again, for the median of its seconds, when once took no longer than this.
-pub(super) const CHEAP_SECONDS: f64 = 5.0;
 
 /// Differences below this share of the quantity are rounding: the solves reach 1e-12.
 const NEGLIGIBLE_DIFFERENCE: f64 = 1e-10;
@@ -28,12 +25,12 @@ const NEGLIGIBLE_DIFFERENCE: f64 = 1e-10;
 /// One mesh of the study, solved to rounding.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Level {
-    /// Smallest number of cells along an edge.
-    pub n_div: usize,
-    /// Cells along the edges.
-    pub cells: [usize; 3],
-    /// h, the cube root of the mean volume of a cell, in m.
-    pub cell_size: f64,
+    /// Cells along the edges of a brick; `None` of another body.
+    pub cells: Option<[usize; 3]>,
+    /// Tetrahedra.
+    pub n_tetrahedra: usize,
+    /// h, the cube root of the mean volume of a cell, or of a tetrahedron without cells, in m.
+    pub size: f64,
     /// Free degrees of freedom.
     pub n_free: usize,
     /// Multipliers.
@@ -50,8 +47,21 @@ pub struct Level {
     pub estimated_error: f64,
     /// J = ½ uᵀAu − lᵀu in J.
     pub potential_energy: f64,
+    /// Values of the quantities of the study, `[n_quantities]`; NaN for one that the level does not have.
+    pub quantities: Vec<f64>,
     /// Mesh, assembly, solve and evaluation in memory, without files.
     pub cost: Cost,
+}
+
+impl Level {
+    /// What people call its mesh.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match self.cells {
+            Some([x, y, z]) => format!("{x} x {y} x {z} cells"),
+            None => format!("{} tetrahedra", self.n_tetrahedra),
+        }
+    }
 }
 
 /// How one quantity goes with the mesh.
@@ -67,61 +77,65 @@ pub struct Trend {
 /// Nested meshes of one scene, coarse to fine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscretisationStudy {
-    /// n_div of the scene itself.
-    pub scene_n_div: usize,
+    /// Which level is the scene's own mesh.
+    pub scene_level: usize,
     /// One record per mesh.
     pub levels: Vec<Level>,
     /// The energy-norm error; its limit is 0.
     pub energy_norm: Trend,
     /// J.
     pub potential_energy: Trend,
+    /// Quantities of the solution.
+    pub quantities: Vec<(Functional, Trend)>,
 }
 
 impl DiscretisationStudy {
-    /// Solves the nested meshes of a scene's brick; `None` for another body.
+    /// Solves the nested meshes of a scene; mesh files are looked for in `folder`.
     ///
     /// # Errors
     /// [`ProblemError`].
     pub fn measure(
         scene: &Scene,
+        folder: &Path,
         settings: &AccuracySettings,
         observe: &mut dyn FnMut(StudyStep),
-    ) -> Result<Option<Self>, ProblemError> {
-        let mut meshes = NestedMeshes::new(scene, Path::new(""), settings)?;
+    ) -> Result<Self, ProblemError> {
+        let mut meshes = NestedMeshes::new(scene, folder, settings)?;
         meshes.solve(false, observe)?;
         Ok(meshes.study())
     }
 
-    /// Orders and limits of solved levels, coarse to fine.
+    /// Orders and limits of solved levels, coarse to fine, and of some quantities that they have values of.
     ///
     /// For nested spaces ‖u_h − u_f‖² = ‖u_h − u‖² − ‖u_f − u‖² in a linear problem (Galerkin), and
     /// nearly so here: e_h² is a sequence whose limit −‖u_f − u‖² turns differences to the finest
     /// mesh into errors.
     #[must_use]
-    pub fn new(scene_n_div: usize, mut levels: Vec<Level>) -> Self {
-        let h: Vec<f64> = levels.iter().map(|level| level.cell_size).collect();
+    pub fn new(scene_level: usize, mut levels: Vec<Level>, quantities: Vec<Functional>) -> Self {
+        let h: Vec<f64> = levels.iter().map(|level| level.size).collect();
         let squares: Vec<f64> = levels.iter().map(|l| l.energy_difference.powi(2)).collect();
         let trend = Trend::new(&h, &squares, NEGLIGIBLE_DIFFERENCE * NEGLIGIBLE_DIFFERENCE);
         for (level, square) in levels.iter_mut().zip(&squares) {
             level.energy_error = trend.limit.map(|limit| (square - limit).max(0.0).sqrt());
         }
-        let energies: Vec<f64> = levels.iter().map(|level| level.potential_energy).collect();
-        let size = energies.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let of_levels = |value: &dyn Fn(&Level) -> f64| {
+            let values: Vec<f64> = levels.iter().map(value).collect();
+            let size = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+            Trend::new(&h, &values, NEGLIGIBLE_DIFFERENCE * size)
+        };
+        let quantities = quantities.into_iter().enumerate();
         Self {
-            scene_n_div,
+            scene_level,
             energy_norm: Trend {
                 orders: trend.orders.iter().map(|p| p.map(|p| p / 2.0)).collect(),
                 limit: trend.limit.map(|_| 0.0),
             },
-            potential_energy: Trend::new(&h, &energies, NEGLIGIBLE_DIFFERENCE * size),
+            potential_energy: of_levels(&|level| level.potential_energy),
+            quantities: quantities
+                .map(|(k, of)| (of, of_levels(&|level| level.quantities[k])))
+                .collect(),
             levels,
         }
-    }
-
-    /// The level of the scene's own mesh.
-    #[must_use]
-    pub(crate) fn scene_level(&self) -> Option<&Level> {
-        self.levels.iter().find(|l| l.n_div == self.scene_n_div)
     }
 }
 
@@ -129,36 +143,39 @@ impl DiscretisationStudy {
 pub(super) struct NestedMeshes<'a> {
     scene: &'a Scene,
     folder: &'a Path,
-    /// Those to come, fine to coarse.
-    bricks: Vec<Brick>,
+    /// Those to come, fine to coarse: cells of a brick, or another body cut once more than before.
+    to_come: Vec<Option<Brick>>,
+    most_unknowns: usize,
+    quantities: Vec<Functional>,
     levels: Vec<Level>,
-    fields: Vec<SolvedBrick>,
+    fields: Vec<SolvedMesh>,
     /// A of the last mesh.
     finest: Option<PrimalSystem>,
 }
 
-/// A brick with its mesh and the displacement of the nodes in m.
-struct SolvedBrick {
-    brick: Brick,
-    mesh: Arc<Mesh>,
-    displacement: Vec<[f64; 3]>,
-}
-
 impl<'a> NestedMeshes<'a> {
-    /// The meshes of a scene's brick, none of another body.
+    /// The meshes of a scene.
     pub(super) fn new(
         scene: &'a Scene,
         folder: &'a Path,
         settings: &AccuracySettings,
     ) -> Result<Self, ProblemError> {
-        let bricks = scene.as_brick();
-        let bricks = bricks.map(|brick| nested_bricks(scene, brick, settings));
-        let mut bricks = bricks.transpose()?.unwrap_or_default();
-        bricks.reverse();
+        refuse_other_options(scene, settings)?;
+        let mut to_come = match scene.as_brick() {
+            Some(brick) => {
+                let bricks = nested_bricks(scene, brick, settings)?;
+                bricks.into_iter().map(Some).collect()
+            }
+            // As many as an order takes.
+            None => vec![None; 3],
+        };
+        to_come.reverse();
         Ok(Self {
             scene,
             folder,
-            bricks,
+            to_come,
+            most_unknowns: settings.unknowns.unwrap_or(MOST_UNKNOWNS),
+            quantities: quantities_of(scene),
             levels: Vec::new(),
             fields: Vec::new(),
             finest: None,
@@ -172,20 +189,44 @@ impl<'a> NestedMeshes<'a> {
         observe: &mut dyn FnMut(StudyStep),
     ) -> Result<(), ProblemError> {
         let own = self.scene.as_brick().map_or(0, brick_n_div);
-        let wanted = |brick: &mut Brick| !coarser || brick_n_div(brick) < own;
-        while let Some(brick) = self.bricks.pop_if(wanted) {
-            let n_div = brick_n_div(&brick);
-            observe(StudyStep::Begin(format!("mesh n_div = {n_div}")));
-            let scene = solved_to_rounding(with_brick(self.scene, &brick));
+        let is_coarser = |brick: &Brick| brick_n_div(brick) < own;
+        let mut wanted =
+            |brick: &mut Option<Brick>| !coarser || brick.as_ref().is_some_and(is_coarser);
+        while let Some(brick) = self.to_come.pop_if(&mut wanted) {
+            let cuts = self.levels.len();
+            let words = match &brick {
+                Some(Brick {
+                    cells: [x, y, z], ..
+                }) => format!("mesh of {x} x {y} x {z} cells"),
+                None if cuts == 0 => "mesh of the scene".to_owned(),
+                None => format!("mesh {cuts} finer than the scene's"),
+            };
+            // Halved edges make eight tetrahedra of one.
+            let forecast = self.levels.last().map_or(0, |last| 8 * last.n_free);
+            if brick.is_none() && forecast > self.most_unknowns {
+                observe(StudyStep::Figure(format!(
+                    "no finer mesh: expected at most {} unknowns, found about {forecast}; allow more with --unknowns",
+                    self.most_unknowns
+                )));
+                self.to_come.clear();
+                break;
+            }
+            observe(StudyStep::Begin(words));
+            let scene = solved_to_rounding(self.scene.clone());
+            let scene = brick
+                .iter()
+                .fold(scene, |scene, brick| with_brick(&scene, brick));
             drop(self.finest.take());
-            let ((level, field, primal), cost) =
-                measure(CHEAP_SECONDS, || solve_level(&scene, &brick, self.folder))?;
+            // Again, for the median of its seconds, when once took no longer than this.
+            let ((level, field, primal), cost) = measure(5.0, || {
+                solve_level(&scene, self.folder, brick.as_ref(), cuts, &self.quantities)
+            })?;
             let error = match level.estimated_error {
                 error if error.is_nan() => format!("no solution ({})", level.status.word()),
                 error => format!("estimated error {:.2} %", 100.0 * error),
             };
-            let (n_free, seconds) = (level.n_free, cost.seconds);
-            let words = format!("n_div = {n_div}: {n_free} unknowns, {error}, {seconds:.2} s");
+            let (name, n_free, seconds) = (level.name(), level.n_free, cost.seconds);
+            let words = format!("{name}: {n_free} unknowns, {error}, {seconds:.2} s");
             observe(StudyStep::Figure(words));
             self.levels.push(Level { cost, ..level });
             self.fields.push(field);
@@ -194,9 +235,8 @@ impl<'a> NestedMeshes<'a> {
         Ok(())
     }
 
-    /// All meshes against the finest; `None` for another body.
-    pub(super) fn study(mut self) -> Option<DiscretisationStudy> {
-        let brick = self.scene.as_brick()?;
+    /// All meshes against the finest.
+    pub(super) fn study(mut self) -> DiscretisationStudy {
         if let (Some(primal), Some(last)) = (self.finest, self.fields.last()) {
             let (mesh, finest) = (&last.mesh, &last.displacement);
             let norm = |field: &[[f64; 3]]| match primal.dofs.prescribed {
@@ -210,8 +250,13 @@ impl<'a> NestedMeshes<'a> {
                 .levels
                 .last()
                 .is_some_and(|last| !last.estimated_error.is_nan());
-            for (level, own) in self.levels.iter_mut().zip(&self.fields) {
-                let same = prolongate(&own.brick, &own.mesh, &own.displacement, &mesh.coordinates);
+            // The tetrahedron of each level that each of the finest mesh lies in, of meshes that were cut.
+            let mut around: Vec<usize> = (0..last.descendants.len()).collect();
+            for (level, own) in self.levels.iter_mut().zip(&self.fields).rev() {
+                let same = own.prolongated(last, &around);
+                around
+                    .iter_mut()
+                    .for_each(|t| *t = own.descendants[*t].parent);
                 let pairs = same.iter().zip(finest);
                 let apart: Vec<[f64; 3]> = pairs
                     .map(|(a, b)| std::array::from_fn(|c| a[c] - b[c]))
@@ -224,8 +269,51 @@ impl<'a> NestedMeshes<'a> {
                 };
             }
         }
-        Some(DiscretisationStudy::new(brick_n_div(brick), self.levels))
+        let own = self.scene.as_brick().map(|brick| brick.cells);
+        let scene_level = self.levels.iter().position(|level| level.cells == own);
+        DiscretisationStudy::new(scene_level.unwrap_or(0), self.levels, self.quantities)
     }
+}
+
+/// The quantities of the study: what there is to ask of the solution of a scene, and what its mesh is refined for.
+fn quantities_of(scene: &Scene) -> Vec<Functional> {
+    let wanted = scene.adapt.and_then(|adapt| adapt.of);
+    let is_there = |of: &Functional| match of {
+        Functional::LargestVonMises => true,
+        Functional::StickArea => scene.has_friction(),
+        Functional::NormalForce | Functional::LargestPressure | Functional::ContactArea => {
+            scene.has_contact()
+        }
+        _ => wanted == Some(*of),
+    };
+    Functional::NAMED.into_iter().filter(is_there).collect()
+}
+
+/// Refuses limits that the meshes of a scene do not have.
+fn refuse_other_options(scene: &Scene, settings: &AccuracySettings) -> Result<(), InvalidValue> {
+    let finest = settings.finest.map(|n_div| ("--finest", n_div));
+    let of_brick = finest.or(settings.coarsest.map(|n_div| ("--coarsest", n_div)));
+    let of_others = settings.unknowns.map(|most| ("--unknowns", most));
+    let (given, expected, help) = match scene.as_brick() {
+        Some(_) => (
+            of_others,
+            "a mesh file or several bodies",
+            "choose the cells of a brick with --finest",
+        ),
+        None => (
+            of_brick,
+            "a body that is one brick",
+            "a mesh file and several bodies have no n_div: their tetrahedra are cut up to twice, as far as --unknowns allows",
+        ),
+    };
+    given.map_or(Ok(()), |(key, value)| {
+        Err(InvalidValue {
+            key: key.into(),
+            expected: expected.into(),
+            found: format!("{value}, for another body"),
+            help: help.into(),
+        })
+    })
 }
 
 impl Trend {
@@ -273,24 +361,40 @@ pub(super) fn solved_to_rounding(mut scene: Scene) -> Scene {
     scene
 }
 
-/// A level, its displacement, and A.
+/// A level, its displacement, and A: of a brick, or of another body whose tetrahedra are all cut so often.
 fn solve_level(
     scene: &Scene,
-    brick: &Brick,
     folder: &Path,
-) -> Result<(Level, SolvedBrick, PrimalSystem), ProblemError> {
-    let mesh = Mesh::of_scene(scene, folder)?;
+    brick: Option<&Brick>,
+    cuts: usize,
+    quantities: &[Functional],
+) -> Result<(Level, SolvedMesh, PrimalSystem), ProblemError> {
+    let (mesh, descendants) = match brick {
+        Some(_) => (Mesh::of_scene(scene, folder)?, Vec::new()),
+        None => {
+            let mut body = RefinableBody::new(scene, folder)?;
+            // Three cuts halve all edges.
+            (0..cuts).for_each(|_| body.refine(&vec![3; body.n_tetrahedra()]));
+            (body.mesh()?, body.descendants())
+        }
+    };
     let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
     let assembled = problem.assemble()?;
     let (solution, report) = assembled.solve_and_report(&scene.solve)?;
-    let r = report.resultants;
-    let cells = brick.size.iter().zip(brick.cells);
-    let volume: f64 = cells.map(|(l, n)| l / n as f64).product();
+    let r = &report.resultants;
     let AssembledProblem { problem, system } = assembled;
+    let n_tetrahedra = problem.mesh().tetrahedra.len();
+    let cells = brick.map(|brick| brick.cells);
+    let parts = cells.map_or(n_tetrahedra, |cells| cells.iter().product());
+    let volume: f64 = problem.mesh().corner_volumes().iter().sum();
+    let value = |of: &Functional| match solution.status.is_solved() {
+        true => report.value(*of).unwrap_or(f64::NAN),
+        false => f64::NAN,
+    };
     let level = Level {
-        n_div: brick_n_div(brick),
-        cells: brick.cells,
-        cell_size: volume.cbrt(),
+        cells,
+        n_tetrahedra,
+        size: (volume / parts as f64).cbrt(),
         n_free: solution.displacement.len(),
         n_multipliers: solution.multiplier.len(),
         status: solution.status,
@@ -300,11 +404,13 @@ fn solve_level(
             false => f64::NAN,
         },
         potential_energy: r.strain_energy - r.load_work,
+        quantities: quantities.iter().map(value).collect(),
         ..Level::default()
     };
-    let field = SolvedBrick {
-        brick: brick.clone(),
+    let field = SolvedMesh {
+        brick: brick.cloned(),
         mesh: Arc::clone(problem.mesh()),
+        descendants,
         displacement: report.displacement,
     };
     Ok((level, field, system.assembly.primal))

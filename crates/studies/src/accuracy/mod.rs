@@ -11,7 +11,7 @@ mod discretisation;
 mod refinement;
 
 pub use algebraic::{AlgebraicStudy, EPSILONS, RunMethod, RunOperator, RunResult, SolverRun};
-pub use cost::{Advice, Cost, FinerMesh};
+pub use cost::{Advice, Cost};
 pub use discretisation::{DiscretisationStudy, Level, Trend};
 pub(crate) use refinement::{brick_n_div, observed_order};
 pub use refinement::{extrapolated, nested_bricks};
@@ -25,15 +25,20 @@ use contact3d::{ProblemError, scene::Scene};
 use crate::StudyStep;
 use discretisation::NestedMeshes;
 
+/// Most unknowns of the finer meshes of a body that is no brick; the published brick has 313,632 at the largest default n_div.
+pub const MOST_UNKNOWNS: usize = 320_000;
+
 /// How far the studies go.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct AccuracySettings {
     /// Seconds for the solves of all methods on all operators; later ones are left out.
     pub budget: f64,
-    /// Smallest n_div of the meshes.
-    pub coarsest: usize,
-    /// n_div of the finest mesh, a multiple of the scene's own; chosen when not given.
+    /// Smallest n_div of the meshes of a brick; 4 when not given.
+    pub coarsest: Option<usize>,
+    /// n_div of the finest mesh of a brick, a multiple of the scene's own; chosen when not given.
     pub finest: Option<usize>,
+    /// Most unknowns of the finer meshes of a mesh file or of several bodies, by a forecast; chosen when not given.
+    pub unknowns: Option<usize>,
 }
 
 /// Both studies of a scene.
@@ -41,16 +46,16 @@ pub struct AccuracySettings {
 pub struct Accuracy {
     /// Errors of the solvers on the scene's own mesh; `None` without contact.
     pub algebraic: Option<AlgebraicStudy>,
-    /// Errors of the meshes; `None` for a mesh file, which has no finer meshes.
-    pub discretisation: Option<DiscretisationStudy>,
+    /// Errors of the meshes.
+    pub discretisation: DiscretisationStudy,
 }
 
 impl Accuracy {
     /// Measures both studies; mesh files are looked for in `folder`.
     ///
     /// # Errors
-    /// [`ProblemError`] for a scene that has no discrete problem, and for a finest mesh in which
-    /// the scene's own is not nested.
+    /// [`ProblemError`] for a scene that has no discrete problem, for a finest mesh in which
+    /// the scene's own is not nested, and for limits that meshes of its body do not have.
     pub fn measure(
         scene: &Scene,
         folder: &Path,
@@ -64,16 +69,15 @@ impl Accuracy {
         meshes.solve(true, observe)?;
         let algebraic = AlgebraicStudy::of(scene, folder, settings, observe)?;
         meshes.solve(false, observe)?;
-        let discretisation = meshes.study();
         Ok(Self {
             algebraic,
-            discretisation,
+            discretisation: meshes.study(),
         })
     }
 
     /// What the studies mean for someone who has this mesh.
     #[must_use]
-    pub fn advice(&self) -> Advice {
+    pub fn advice(&self) -> Advice<'_> {
         Advice::new(self)
     }
 }

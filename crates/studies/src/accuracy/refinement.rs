@@ -1,17 +1,19 @@
-//! Nested meshes of a brick: prolongation from one to the next, and Richardson extrapolation over them.
+//! Nested meshes: bricks, prolongation from one mesh to the finest, and Richardson extrapolation over them.
 //!
 //! All cells of a brick's mesh are cut by the planes ±x ± y ± z = even and by the grid planes (in
 //! units of a cell). Cutting every cell edge in m equal parts keeps each of these planes among the
 //! finer ones, so the finer mesh is nested in the coarser one, panes included. Finer meshes of a graded
 //! brick therefore have planes given by their coordinates; grading them anew would move planes.
 
-use nalgebra::{Matrix3, Vector3};
+use std::sync::Arc;
+
+use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
 use super::AccuracySettings;
 use crate::shared::greatest_common_divisor;
 use contact3d::{
     ProblemError,
-    mesh::Mesh,
+    mesh::{Descendant, Mesh},
     reference::quadratic_tetrahedron,
     scene::{Brick, BrickFace, Contact, InvalidValue, MultiplierSpace, Scene},
 };
@@ -41,6 +43,8 @@ pub fn nested_bricks(
     settings: &AccuracySettings,
 ) -> Result<Vec<Brick>, ProblemError> {
     let n_div = brick_n_div(brick);
+    // Cubes of fewer cells along an edge are too coarse for an order.
+    let coarsest = settings.coarsest.unwrap_or(4);
     let finest = settings.finest.unwrap_or_else(|| default_finest(n_div));
     if finest == 0 || !finest.is_multiple_of(n_div) {
         return Err(ProblemError::Invalid(InvalidValue {
@@ -54,7 +58,7 @@ pub fn nested_bricks(
     let parts = finest.cells.into_iter().fold(0, greatest_common_divisor);
     let merged = (1..=parts).rev().filter(|m| parts.is_multiple_of(*m));
     let is_wanted = |brick: &Brick| {
-        brick_n_div(brick) >= settings.coarsest.min(n_div)
+        brick_n_div(brick) >= coarsest.min(n_div)
             && with_brick(scene, brick).validate().is_ok()
             && contact_parts_fit(scene, brick)
     };
@@ -193,25 +197,50 @@ pub fn extrapolated(h: [f64; 2], v: [f64; 2], order: f64) -> f64 {
     v[1] + (v[1] - v[0]) / ((h[0] / h[1]).powf(order) - 1.0)
 }
 
-/// A finite element field of a brick's mesh, `[n_nodes]`, at the points of the same brick, `[n_points]`; exact
-/// interpolation where the mesh of the points is nested in the brick's.
-pub(super) fn prolongate(
-    brick: &Brick,
-    mesh: &Mesh,
-    nodal: &[[f64; 3]],
-    points: &[[f64; 3]],
-) -> Vec<[f64; 3]> {
-    let planes = [0, 1, 2].map(|axis| brick.planes(axis));
-    let value = |point: &[f64; 3]| {
-        let (tetrahedron, at) = tetrahedron_around(&planes, mesh, point);
-        let shape = match &mesh.mid_edges {
-            None => at.to_vec(),
-            Some(_) => quadratic_tetrahedron(&at).to_vec(),
+/// A mesh with the displacement of its nodes.
+pub(super) struct SolvedMesh {
+    /// The brick that was meshed; `None` of a mesh that was cut from that of the scene.
+    pub(super) brick: Option<Brick>,
+    pub(super) mesh: Arc<Mesh>,
+    /// Where its tetrahedra lie in the mesh of the scene, of meshes that were cut.
+    pub(super) descendants: Vec<Descendant>,
+    /// In m, `[n_nodes]`.
+    pub(super) displacement: Vec<[f64; 3]>,
+}
+
+impl SolvedMesh {
+    /// The displacement at the nodes of a finer mesh, whose tetrahedra lie in those of `around` where they were cut: exact interpolation
+    /// where the meshes are nested, with curved sides too, as a cut tetrahedron keeps the map of its ancestor.
+    pub(super) fn prolongated(&self, finer: &Self, around: &[usize]) -> Vec<[f64; 3]> {
+        if let Some(brick) = &self.brick {
+            let planes = [0, 1, 2].map(|axis| brick.planes(axis));
+            let value = |point: &[f64; 3]| {
+                let (tetrahedron, at) = tetrahedron_around(&planes, &self.mesh, point);
+                self.at(tetrahedron, at)
+            };
+            return finer.mesh.coordinates.iter().map(value).collect();
+        }
+        let mut values = vec![[0.0; 3]; finer.mesh.coordinates.len()];
+        for (t, (descendant, &around)) in finer.descendants.iter().zip(around).enumerate() {
+            let corners = Matrix4::from(self.descendants[around].places);
+            let inverse = corners.try_inverse().unwrap_or_else(Matrix4::zeros);
+            let nodes = finer.mesh.tetrahedron_nodes(t);
+            for (node, place) in nodes.zip(descendant.nodes()) {
+                values[node] = self.at(around, (inverse * Vector4::from(place)).into());
+            }
+        }
+        values
+    }
+
+    /// The displacement at a place of a tetrahedron.
+    fn at(&self, tetrahedron: usize, place: [f64; 4]) -> [f64; 3] {
+        let shape = match &self.mesh.mid_edges {
+            None => place.to_vec(),
+            Some(_) => quadratic_tetrahedron(&place).to_vec(),
         };
-        let nodes = || mesh.tetrahedron_nodes(tetrahedron);
-        std::array::from_fn(|c| nodes().zip(&shape).map(|(n, w)| w * nodal[n][c]).sum())
-    };
-    points.iter().map(value).collect()
+        let nodes = || self.mesh.tetrahedron_nodes(tetrahedron).zip(&shape);
+        std::array::from_fn(|c| nodes().map(|(n, w)| w * self.displacement[n][c]).sum())
+    }
 }
 
 /// The tetrahedron that holds a point, and the point's barycentric coordinates in it. A brick's
@@ -280,7 +309,7 @@ mod tests {
     #[test]
     fn each_tetrahedron_of_a_finer_mesh_lies_in_one_of_a_coarser() {
         let settings = AccuracySettings {
-            coarsest: 1,
+            coarsest: Some(1),
             finest: Some(12),
             ..AccuracySettings::default()
         };

@@ -230,11 +230,12 @@ fn nested_meshes_are_as_far_apart_as_their_study_says() {
         scene.bodies[0].element = element;
         let settings = AccuracySettings {
             budget: 1.0,
-            coarsest: 4,
+            coarsest: Some(4),
             finest: Some(8),
+            ..AccuracySettings::default()
         };
-        let study = DiscretisationStudy::measure(&scene, &settings, &mut |_| {});
-        let study = study.expect("solves").expect("a brick");
+        let study = DiscretisationStudy::measure(&scene, Path::new(""), &settings, &mut |_| {});
+        let study = study.expect("solves");
         let solved = [[12, 4, 4], [24, 8, 8]].map(|cells| {
             let problem = Problem::new(with_cells(&scene, cells)).expect("a problem");
             let assembled = problem.assemble().expect("a factor");
