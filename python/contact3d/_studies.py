@@ -60,7 +60,7 @@ class Accuracy(Study):
 
     @property
     def levels(self) -> pd.DataFrame:
-        """Each mesh: unknowns, error in the energy norm, cost."""
+        """Each mesh: unknowns, error in the energy norm, quantities by their names in ``adapt.of``, each with its ``_order``, cost."""
         return pd.json_normalize(self.data["levels"])
 
     @property
@@ -212,6 +212,7 @@ def accuracy(
     set: Mapping[str, Any] | None = None,
     coarsest: int | None = None,
     finest: int | None = None,
+    unknowns: int | None = None,
     budget: float | None = None,
     figures: StrPath | None = None,
     threads: int | None = None,
@@ -219,11 +220,12 @@ def accuracy(
 ) -> Accuracy:
     """Measures the errors of solvers and meshes for a scene, and what each digit costs.
 
-    :param coarsest: smallest n_div of the meshes.
-    :param finest: n_div of the finest mesh, a multiple of the scene's.
+    :param coarsest: smallest n_div of the meshes of a brick.
+    :param finest: n_div of the finest mesh of a brick, a multiple of the scene's.
+    :param unknowns: most unknowns of the two finer meshes of a mesh file or of several bodies.
     :param budget: seconds for the solves of all methods.
     """
-    measures = options(coarsest=coarsest, finest=finest, budget=budget, threads=threads)
+    measures = options(coarsest=coarsest, finest=finest, unknowns=unknowns, budget=budget, threads=threads)
     command = [*_on_file("accuracy", scene, file), *measures, *pictures(figures)]
     return _study(Accuracy, command, scene, set, progress, file)
 

@@ -61,7 +61,7 @@ pub(super) const ALGEBRAIC: Fields<AlgebraicStudy> = fields! { AlgebraicStudy =>
     (reference_accuracy) "/accuracy/reference_accuracy", &[], Dimension::Number, "Last relative residual of the reference.".optional(NO_CONTACT);
     (each k in assembly[k].seconds) "/accuracy/assembly/seconds", OF_OPERATORS, Dimension::Time, "Median wall-clock time of assembly with the implicit and the explicit operator.".volatile().optional(NO_CONTACT);
     (each k in assembly[k].repeats) "/accuracy/assembly/repeats", OF_OPERATORS, Dimension::Number, "Runs the median is taken of.".volatile().optional(NO_CONTACT);
-    [|study| study.assembly.map(|cost| cost.peak_bytes.unwrap_or(f64::NAN)), |study, peaks: [f64; 2]| put_peaks(study, peaks)] "/accuracy/assembly/peak_memory", OF_OPERATORS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NO_CONTACT);
+    (each k in assembly[k].peak_bytes) "/accuracy/assembly/peak_memory", OF_OPERATORS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NO_CONTACT);
 };
 
 pub(super) const SOLVES: Fields<SolverRun> = fields! { SolverRun => GROUP;
@@ -75,7 +75,7 @@ pub(super) const SOLVES: Fields<SolverRun> = fields! { SolverRun => GROUP;
     (result?.applications) "/accuracy/solves/applications", SOLVES_AXIS, Dimension::Number, "Applications of the dual operator.".symbol("n_A").volatile().optional(NO_CONTACT);
     (result?.cost.seconds) "/accuracy/solves/seconds", SOLVES_AXIS, Dimension::Time, "Median wall-clock time of the solve alone.".volatile().optional(NO_CONTACT);
     (result?.cost.repeats) "/accuracy/solves/repeats", SOLVES_AXIS, Dimension::Number, "Runs the median is taken of.".volatile().optional(NO_CONTACT);
-    [|entry| entry.result.and_then(|result| result.cost.peak_bytes).unwrap_or(f64::NAN), |entry, peak: f64| if let Some(result) = &mut entry.result { result.cost.peak_bytes = Some(peak).filter(|peak| !peak.is_nan()) }] "/accuracy/solves/peak_memory", SOLVES_AXIS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NO_CONTACT);
+    (result?.cost.peak_bytes) "/accuracy/solves/peak_memory", SOLVES_AXIS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NO_CONTACT);
 };
 
 pub(super) const MESHES: Fields<Level> = fields! { Level => GROUP;
@@ -94,7 +94,7 @@ pub(super) const MESHES: Fields<Level> = fields! { Level => GROUP;
     (quantities) "/accuracy/levels/quantities", OF_LEVELS, Dimension::Number, "Quantities of the solution, each in its own `unit`; NaN for one that the level does not have.".symbol("Q(u_h)");
     (cost.seconds) "/accuracy/levels/seconds", LEVELS, Dimension::Time, "Median wall-clock time of mesh, assembly, solve and evaluation in memory.".volatile();
     (cost.repeats) "/accuracy/levels/repeats", LEVELS, Dimension::Number, "Runs the median is taken of.".volatile();
-    (nan cost.peak_bytes) "/accuracy/levels/peak_memory", LEVELS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile();
+    (cost.peak_bytes) "/accuracy/levels/peak_memory", LEVELS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile();
 };
 
 /// Orders and limits, which reading computes again.
@@ -110,12 +110,6 @@ pub(super) const TRENDS: Fields<DiscretisationStudy> = fields! { DiscretisationS
 
 fn each<V>(study: &DiscretisationStudy, of: fn(&(Functional, Trend)) -> V) -> Vec<V> {
     study.quantities.iter().map(of).collect()
-}
-
-fn put_peaks(study: &mut AlgebraicStudy, peaks: [f64; 2]) {
-    for (cost, peak) in study.assembly.iter_mut().zip(peaks) {
-        cost.peak_bytes = Some(peak).filter(|peak| !peak.is_nan());
-    }
 }
 
 /// Numbers of which some are not known; these are NaN.

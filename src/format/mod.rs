@@ -76,33 +76,26 @@ use contact3d::{
 use runfile::{Group, Layout, SparseMatrix, SparseView, StoreError};
 use units::Units;
 
-/// A step of the pipeline: it computes one group from those of the stages before it.
-///
-/// What a run file holds besides (the scene, checkpoints, accuracy) is no stage.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Stage {
-    /// Mesh, boundary and panes.
-    Mesh,
-    /// Matrices and the factor.
-    Assemble,
-    /// Loads and what follows from them linearly.
-    Load,
-    /// Multipliers, displacement and history.
-    Solve,
-    /// Stresses, zones, resultants and the certificate; the same for ParaView.
-    Post,
+units::worded! {
+    /// A step of the pipeline: it computes one group from those of the stages before it.
+    ///
+    /// What a run file holds besides (the scene, checkpoints, accuracy) is no stage.
+    #[derive(PartialOrd, Ord, Hash)]
+    pub enum Stage {
+        /// Mesh, boundary and panes.
+        Mesh = "mesh",
+        /// Matrices and the factor.
+        Assemble = "assemble",
+        /// Loads and what follows from them linearly.
+        Load = "load",
+        /// Multipliers, displacement and history.
+        Solve = "solve",
+        /// Stresses, zones, resultants and the certificate; the same for ParaView.
+        Post = "post",
+    }
 }
 
 impl Stage {
-    /// Every stage, upstream first.
-    pub const ALL: [Self; 5] = [
-        Self::Mesh,
-        Self::Assemble,
-        Self::Load,
-        Self::Solve,
-        Self::Post,
-    ];
-
     /// The command that runs the stage.
     #[must_use]
     pub const fn command(self) -> &'static str {
@@ -134,12 +127,6 @@ impl Stage {
             Self::Post => Some(VTKHDF),
             _ => None,
         }
-    }
-
-    /// What messages call the stage.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        self.group().name()
     }
 }
 

@@ -7,6 +7,7 @@ use contact3d::{
     mesh::brick_counts,
     scene::{Body, Brick, ElementOrder, SceneFile},
 };
+use studies::accuracy::process_bytes;
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
 /// Refuses a step that does not fit into memory, or whose data do not fit on the disk of the run
@@ -59,7 +60,7 @@ pub(super) fn available_memory() -> Option<u64> {
     let groups = std::fs::read_to_string("/proc/self/cgroup").ok();
     let group = groups.and_then(|groups| left_by_groups(&groups, Path::new("/sys/fs/cgroup")));
     let address_space = soft_limit(rlimit::Resource::AS)
-        .map(|limit| limit.saturating_sub(used_address_space().unwrap_or(0)))
+        .map(|limit| limit.saturating_sub(process_bytes("VmSize:").unwrap_or(0)))
         .map(|left| left.saturating_sub(KERNEL_BYTES * (rayon::current_num_threads() as u64 + 1)));
     [machine, group, address_space].into_iter().flatten().min()
 }
@@ -103,16 +104,6 @@ fn available_disk(run_file: &Path) -> Option<u64> {
     let room = fs4::available_space(folder.unwrap_or(Path::new("."))).ok();
     let largest_file = soft_limit(rlimit::Resource::FSIZE);
     [room, largest_file].into_iter().flatten().min()
-}
-
-/// Bytes of address space that this process has already, where the system tells.
-fn used_address_space() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmSize:"))?;
-    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(1024 * kilobytes)
 }
 
 fn soft_limit(resource: rlimit::Resource) -> Option<u64> {

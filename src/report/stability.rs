@@ -171,9 +171,9 @@ fn of_answers(check: &Check, units: Units) -> Figures {
     figures.described("certificate", "certificate", Some(certificate), check.certificate);
     figures.json_only("certificate_rounding", bound.certificate);
     let rivals = check.cross_checks.iter().map(|rival| {
-        let (algorithm, status) = (rival.cross_check.to_string(), rival.status.word());
+        let (algorithm, status) = (rival.cross_check.word(), rival.status.word());
         let words = format!("{status}, {} steps, differs by {:.1e}", rival.steps, rival.disagreement);
-        figures.human_only(&algorithm, Some(words));
+        figures.human_only(algorithm, Some(words));
         serde_json::json!({
             "algorithm": algorithm,
             "status": status,

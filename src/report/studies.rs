@@ -71,14 +71,14 @@ pub fn entries(study: &AlgebraicStudy, units: Units) -> FigureTable {
 fn solver_run(entry: &SolverRun, units: Units) -> Figures {
     let result = entry.result.as_ref();
     let mut figures = Figures::new(units);
-    figures.plain("method", "method", entry.method.to_string());
-    figures.plain("operator", "operator", entry.operator.to_string());
+    figures.plain("method", "method", entry.method.word());
+    figures.plain("operator", "operator", entry.operator.word());
     figures.number("epsilon", "epsilon", Scientific(0), entry.epsilon);
     figures.number("energy_error", "error of u", Scientific(2), result.map(|r| r.energy_error));
     figures.number("multiplier_error", "error of λ", Scientific(2), result.map(|r| r.multiplier_error));
     figures.plain("applications", "applications", result.map(|r| r.applications));
     cost(&mut figures, result.map(|r| &r.cost));
-    figures.json_only("cost", result.map(|r| cost_json(&r.cost)));
+    figures.json_only("cost", result.map(|r| r.cost));
     let (shown, word) = match result {
         Some(result) => (result.status.word(), result.status.word()),
         None => ("not run: over the budget", "not_run_over_budget"),
@@ -105,7 +105,7 @@ pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
         figures.number("potential_energy_order", "order", Fixed(2), study.potential_energy.orders[k]);
         figures.plain("applications", "applications", level.applications);
         cost(&mut figures, Some(&level.cost));
-        figures.json_only("cost", cost_json(&level.cost));
+        figures.json_only("cost", level.cost);
         figures.plain("status", "status", level.status.word());
         figures
     });
@@ -163,13 +163,8 @@ fn cost(figures: &mut Figures, cost: Option<&Cost>) {
     figures.human_only("peak MB", cost.map(megabytes));
 }
 
-fn cost_json(cost: &Cost) -> Value {
-    json!({ "seconds": cost.seconds, "repeats": cost.repeats, "peak_bytes": cost.peak_bytes })
-}
-
 fn megabytes(cost: &Cost) -> String {
-    let bytes = cost.peak_bytes;
-    bytes.map_or("unknown".to_owned(), |bytes| format!("{:.0}", bytes / 1e6))
+    known(cost.peak_bytes).map_or("unknown".to_owned(), |bytes| format!("{:.0}", bytes / 1e6))
 }
 
 /// The bound and its parts, and an estimate of the same error where there is one.
@@ -311,7 +306,7 @@ fn point_figures(path: usize, number: usize, point: &PathPoint, units: Units) ->
     let mut figures = Figures::new(units);
     figures.described("path", "path", Some((path + 1).to_string()), path);
     figures.plain("", "point", number + 1);
-    figures.plain("kind", "what", kind_words(point.kind));
+    figures.plain("kind", "what", point.kind.word());
     figures.number("parameter", "parameter", Scientific(12), point.parameter);
     figures.counts("open, stick, slip", [("", open), ("", stick), ("", slip)]);
     figures.json_only("zone_counts", point.zones);
@@ -382,17 +377,4 @@ pub fn branches_json(branches: &Branches, units: Units) -> Value {
         "paths": paths.collect::<Value>(),
         "solutions": at_ends,
     })
-}
-
-/// A kind of point in words.
-pub fn kind_words(kind: PointKind) -> &'static str {
-    match kind {
-        PointKind::Start => "start",
-        PointKind::Regular => "regular",
-        PointKind::Kink => "kink",
-        PointKind::Fold => "fold",
-        PointKind::KinkFold => "fold at a kink",
-        PointKind::BranchPoint => "branch point",
-        PointKind::End => "end",
-    }
 }

@@ -40,7 +40,7 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<Vec<(usize, String)>, StageEr
     let planned = plan.cases.iter().zip(&rows).enumerate();
     let not_converged = planned.filter_map(|(number, (case, row))| {
         let results = row.results.as_ref()?;
-        let status = Status::of_word(&results.status);
+        let status = Status::named(&results.status);
         if !status.is_some_and(|status| status.is_success(&case.scene.scene.solve)) {
             return Some((number, results.status.clone()));
         }
@@ -127,7 +127,7 @@ fn row(
     };
     let why = || {
         let results = results.as_ref()?;
-        failure(Status::of_word(&results.status)?, results.accuracy)
+        failure(Status::named(&results.status)?, results.accuracy)
     };
     // An older case may leave a key out.
     let value = |key: &String| settings.iter().find(|(name, _)| name == key);

@@ -11,7 +11,7 @@ use studies::{
 use units::{Dimension, Unit, Units};
 
 use super::PictureFolder;
-use crate::{pipeline::StageError, report::studies::kind_words};
+use crate::pipeline::StageError;
 
 /// Names of the pictures.
 pub(super) const WORK_PRECISION: &str = "work_precision";
@@ -73,7 +73,7 @@ fn entry_point(entry: &SolverRun) -> Option<ChartPoint> {
 
 /// Method and operator of a series.
 fn series_name(entry: &SolverRun) -> String {
-    format!("{}, {}", entry.method, entry.operator)
+    [entry.method.word(), entry.operator.word()].join(", ")
 }
 
 /// Errors of the meshes against their size.
@@ -286,7 +286,7 @@ fn marks(path: &Path, quantity: fn(&PathPoint) -> f64) -> Vec<Series> {
             PointKind::End if k == last && path.end != PathEnd::Range => SeriesStyle::End,
             PointKind::Start | PointKind::Regular | PointKind::End => return None,
         };
-        let text = format!("{} {:.9e}", kind_words(point.kind), point.parameter);
+        let text = format!("{} {:.9e}", point.kind.word(), point.parameter);
         let point = place(point, quantity, text);
         Some(Series::of_path(style, vec![point]))
     });

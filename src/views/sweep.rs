@@ -234,7 +234,7 @@ fn chart(
             continue;
         };
         // A case that is yet to be run is no gap, nor is a quantity that its scene does not have.
-        let is_solved = Status::of_word(status).is_some_and(Status::is_solved);
+        let is_solved = Status::named(status).is_some_and(Status::is_solved);
         if value.number().is_none() && (is_solved || status == "missing") {
             continue;
         }

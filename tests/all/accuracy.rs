@@ -60,7 +60,7 @@ fn every_method_approaches_the_reference_as_epsilon_falls() {
     let series = study.series();
     assert_eq!(series.len(), 5);
     for entries in series {
-        let name = format!("{}, {}", entries[0].method, entries[0].operator);
+        let name = format!("{:?}, {:?}", entries[0].method, entries[0].operator);
         let ran: Vec<_> = entries
             .iter()
             .filter_map(|entry| Some((entry.epsilon, entry.result?)))

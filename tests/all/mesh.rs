@@ -26,12 +26,12 @@ fn triangle_counts(mesh: &Mesh) -> HashMap<[usize; 3], usize> {
 
 /// The mesh of a brick with panes on a face, held at the opposite one.
 fn brick(spec: &Brick, face: BrickFace) -> Mesh {
-    let opposite = BrickFace::NAMES[face as usize ^ 1];
+    let opposite = BrickFace::ALL[face as usize ^ 1].word();
     let text = format!(
         "title = 'brick'\n[body.brick]\nsize = [1.0, 1.0, 1.0]\ncells = [2, 2, 2]\n\
          [material.isotropic]\nyoung_modulus = 1.0\npoisson_ratio = 0.3\n\
          [[clamp]]\nface = '{opposite}'\n[contact]\nface = '{}'\n",
-        BrickFace::NAMES[face as usize]
+        face.word()
     );
     let mut scene = Scene::parse("test", &text).unwrap();
     scene.bodies = vec![spec.clone().into()];

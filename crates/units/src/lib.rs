@@ -3,6 +3,7 @@
 
 mod dimension;
 mod unit;
+mod worded;
 
 pub use dimension::Dimension;
 pub use unit::Unit;
@@ -13,55 +14,39 @@ use std::str::FromStr;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A unit of length.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum LengthUnit {
-    /// Metre.
-    #[default]
-    #[serde(rename = "m")]
-    Metre,
-    /// Millimetre.
-    #[serde(rename = "mm")]
-    Millimetre,
-    /// Centimetre.
-    #[serde(rename = "cm")]
-    Centimetre,
-    /// Micrometre.
-    #[serde(rename = "um")]
-    Micrometre,
-    /// Nanometre.
-    #[serde(rename = "nm")]
-    Nanometre,
-    /// Kilometre.
-    #[serde(rename = "km")]
-    Kilometre,
-    /// Inch.
-    #[serde(rename = "in")]
-    Inch,
-    /// Foot.
-    #[serde(rename = "ft")]
-    Foot,
+crate::worded! {
+    /// A unit of length.
+    #[derive(Default, Serialize, Deserialize, JsonSchema)]
+    pub enum LengthUnit {
+        /// Metre.
+        #[default]
+        #[serde(rename = "m")]
+        Metre = "m",
+        /// Millimetre.
+        #[serde(rename = "mm")]
+        Millimetre = "mm",
+        /// Centimetre.
+        #[serde(rename = "cm")]
+        Centimetre = "cm",
+        /// Micrometre.
+        #[serde(rename = "um")]
+        Micrometre = "um",
+        /// Nanometre.
+        #[serde(rename = "nm")]
+        Nanometre = "nm",
+        /// Kilometre.
+        #[serde(rename = "km")]
+        Kilometre = "km",
+        /// Inch.
+        #[serde(rename = "in")]
+        Inch = "in",
+        /// Foot.
+        #[serde(rename = "ft")]
+        Foot = "ft",
+    }
 }
 
 impl LengthUnit {
-    /// Every unit of length.
-    pub const ALL: [Self; 8] = [
-        Self::Metre,
-        Self::Millimetre,
-        Self::Centimetre,
-        Self::Micrometre,
-        Self::Nanometre,
-        Self::Kilometre,
-        Self::Inch,
-        Self::Foot,
-    ];
-
-    /// The word in scenes, files and pictures.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        ["m", "mm", "cm", "um", "nm", "km", "in", "ft"][self as usize]
-    }
-
     /// Its length in metres, by definition.
     const fn in_metres(self) -> f64 {
         [1.0, 1e-3, 1e-2, 1e-6, 1e-9, 1e3, 0.0254, 0.3048][self as usize]
@@ -76,47 +61,33 @@ impl LengthUnit {
     }
 }
 
-/// A unit of force.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum ForceUnit {
-    /// Newton.
-    #[default]
-    #[serde(rename = "N")]
-    Newton,
-    /// Kilonewton.
-    #[serde(rename = "kN")]
-    Kilonewton,
-    /// Meganewton.
-    #[serde(rename = "MN")]
-    Meganewton,
-    /// Millinewton.
-    #[serde(rename = "mN")]
-    Millinewton,
-    /// Kilogram-force.
-    #[serde(rename = "kgf")]
-    KilogramForce,
-    /// Pound-force.
-    #[serde(rename = "lbf")]
-    PoundForce,
+crate::worded! {
+    /// A unit of force.
+    #[derive(Default, Serialize, Deserialize, JsonSchema)]
+    pub enum ForceUnit {
+        /// Newton.
+        #[default]
+        #[serde(rename = "N")]
+        Newton = "N",
+        /// Kilonewton.
+        #[serde(rename = "kN")]
+        Kilonewton = "kN",
+        /// Meganewton.
+        #[serde(rename = "MN")]
+        Meganewton = "MN",
+        /// Millinewton.
+        #[serde(rename = "mN")]
+        Millinewton = "mN",
+        /// Kilogram-force.
+        #[serde(rename = "kgf")]
+        KilogramForce = "kgf",
+        /// Pound-force.
+        #[serde(rename = "lbf")]
+        PoundForce = "lbf",
+    }
 }
 
 impl ForceUnit {
-    /// Every unit of force.
-    pub const ALL: [Self; 6] = [
-        Self::Newton,
-        Self::Kilonewton,
-        Self::Meganewton,
-        Self::Millinewton,
-        Self::KilogramForce,
-        Self::PoundForce,
-    ];
-
-    /// The word in scenes, files and pictures.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        ["N", "kN", "MN", "mN", "kgf", "lbf"][self as usize]
-    }
-
     /// Its size in newtons, by definition.
     const fn in_newtons(self) -> f64 {
         [1.0, 1e3, 1e6, 1e-3, 9.806_65, 4.448_221_615_260_5][self as usize]
@@ -213,8 +184,8 @@ impl FromStr for Units {
     fn from_str(text: &str) -> Result<Self, String> {
         let parsed = text.split_once(", ").and_then(|(length, force)| {
             Some(Self {
-                length: LengthUnit::ALL.into_iter().find(|l| l.word() == length)?,
-                force: ForceUnit::ALL.into_iter().find(|f| f.word() == force)?,
+                length: LengthUnit::named(length)?,
+                force: ForceUnit::named(force)?,
             })
         });
         parsed.ok_or_else(|| format!("{text:?} names no unit of length and unit of force"))

@@ -22,20 +22,21 @@ pub struct Requirement {
     pub remakable: u64,
 }
 
-/// What there is too little of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Resource {
-    /// Memory of the machine, of the process's group, or of its address space.
-    Memory,
-    /// Room on the disk, or the largest file a process may write.
-    Disk,
+units::worded! {
+    /// What there is too little of.
+    pub enum Resource {
+        /// Memory of the machine, of the process's group, or of its address space.
+        Memory = "memory",
+        /// Room on the disk, or the largest file a process may write.
+        Disk = "disk space",
+    }
 }
 
 /// A step that does not fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
     "{step}: expected at most {} of {}, which is what is available, found a need of {}; {}",
-    in_units(*available), resource.name(), in_units(*needed), resource.remedy()
+    in_units(*available), resource.word(), in_units(*needed), resource.remedy()
 )]
 pub struct InsufficientResource {
     /// The step.
@@ -49,13 +50,6 @@ pub struct InsufficientResource {
 }
 
 impl Resource {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Memory => "memory",
-            Self::Disk => "disk space",
-        }
-    }
-
     fn remedy(self) -> &'static str {
         match self {
             Self::Memory => "use a coarser mesh or a machine with more memory",

@@ -390,7 +390,7 @@ fn contradiction(at: [f64; 3], component: Component, held: [(usize, f64); 2]) ->
         expected: format!(
             "{}, the displacement along {} of the node at {} in clamp.{}",
             Written(&first),
-            component.name(),
+            component.word(),
             place_words(at),
             clamp
         ),

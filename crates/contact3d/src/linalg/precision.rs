@@ -11,13 +11,14 @@ pub(crate) const UNIT_ROUNDING: f64 = 1e-12;
 /// Roundings that a few terms, or the root of some hundred, may add up to, in units of ε_M.
 pub(crate) const FEW_ROUNDINGS: f64 = 16.0;
 
-/// The precision that coefficients are stored in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Precision {
-    /// 24 bits.
-    Single,
-    /// 53 bits.
-    Double,
+units::worded! {
+    /// The precision that coefficients are stored in.
+    pub enum Precision {
+        /// 24 bits.
+        Single = "single",
+        /// 53 bits.
+        Double = "double",
+    }
 }
 
 impl Precision {
@@ -27,15 +28,6 @@ impl Precision {
         match self {
             Self::Single => size_of::<f32>(),
             Self::Double => size_of::<f64>(),
-        }
-    }
-
-    /// In words: "single" or "double".
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Single => "single",
-            Self::Double => "double",
         }
     }
 }

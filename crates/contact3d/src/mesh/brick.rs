@@ -23,7 +23,7 @@ pub fn brick(spec: &Brick, contact_face: Option<BrickFace>) -> RawMesh {
         tetrahedra,
         facets,
         facet_face,
-        face_names: BrickFace::NAMES.map(str::to_owned).to_vec(),
+        face_names: BrickFace::ALL.map(|face| face.word().to_owned()).to_vec(),
         ..RawMesh::default()
     }
 }

@@ -25,35 +25,22 @@ use crate::{
     scene::FaceLoad,
 };
 
-/// Where the stress of an elastic body has no bound; of several at a node the first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum StressConcentration {
-    /// Two materials meet at the surface.
-    Materials,
-    /// The rim of a clamp.
-    Clamp,
-    /// The rim of springs that are stiffer than the body.
-    Springs,
-    /// A re-entrant edge.
-    Notch,
-    /// A load along the face that ends on it.
-    Shear,
-    /// The edge of a punch.
-    Contact,
-}
-
-impl StressConcentration {
-    /// What is there, as a word.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Materials => "materials",
-            Self::Clamp => "clamp",
-            Self::Springs => "springs",
-            Self::Notch => "notch",
-            Self::Shear => "shear",
-            Self::Contact => "contact",
-        }
+units::worded! {
+    /// Where the stress of an elastic body has no bound; of several at a node the first.
+    #[derive(PartialOrd, Ord)]
+    pub enum StressConcentration {
+        /// Two materials meet at the surface.
+        Materials = "materials",
+        /// The rim of a clamp.
+        Clamp = "clamp",
+        /// The rim of springs that are stiffer than the body.
+        Springs = "springs",
+        /// A re-entrant edge.
+        Notch = "notch",
+        /// A load along the face that ends on it.
+        Shear = "shear",
+        /// The edge of a punch.
+        Contact = "contact",
     }
 }
 

@@ -482,44 +482,26 @@ impl GivenPlanes {
     }
 }
 
-/// A face of the brick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum BrickFace {
-    /// x = 0.
-    XMin,
-    /// x = Lx.
-    XMax,
-    /// y = 0.
-    YMin,
-    /// y = Ly.
-    YMax,
-    /// z = 0.
-    ZMin,
-    /// z = Lz.
-    ZMax,
+units::worded! {
+    /// A face of the brick.
+    #[derive(Hash, PartialOrd, Ord)]
+    pub enum BrickFace {
+        /// x = 0.
+        XMin = "x_min",
+        /// x = Lx.
+        XMax = "x_max",
+        /// y = 0.
+        YMin = "y_min",
+        /// y = Ly.
+        YMax = "y_max",
+        /// z = 0.
+        ZMin = "z_min",
+        /// z = Lz.
+        ZMax = "z_max",
+    }
 }
 
 impl BrickFace {
-    /// All faces, in the order of their numbers 0…5.
-    pub const ALL: [Self; 6] = [
-        Self::XMin,
-        Self::XMax,
-        Self::YMin,
-        Self::YMax,
-        Self::ZMin,
-        Self::ZMax,
-    ];
-
-    /// The names used in scene files.
-    pub const NAMES: [&str; 6] = ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"];
-
-    /// The face of a name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        let place = Self::NAMES.iter().position(|n| *n == name)?;
-        Some(Self::ALL[place])
-    }
-
     /// The coordinate axis the face is perpendicular to (0, 1, 2).
     #[must_use]
     pub fn axis(self) -> usize {

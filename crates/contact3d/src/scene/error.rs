@@ -298,7 +298,7 @@ impl fmt::Display for Warning {
                 "{key}: linear tetrahedra are far too stiff at {ratio}, so near to 0.5; write body.element = \"P2\""
             ),
             Self::IdleLoad { key, components } => {
-                let names: Vec<&str> = components.iter().map(|c| c.name()).collect();
+                let names: Vec<&str> = components.iter().map(|c| c.word()).collect();
                 let names = names.join(", ");
                 write!(
                     f,

@@ -7,26 +7,17 @@ use crate::linalg::UNIT_ROUNDING;
 
 use super::{Measure, ProblemPart, Quantity, Scene, is_default, varying::varies};
 
-/// A displacement component in the global axes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Component {
-    /// u_x.
-    X,
-    /// u_y.
-    Y,
-    /// u_z.
-    Z,
-}
-
-impl Component {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
-
-    /// The name used in scene files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        ["x", "y", "z"][self as usize]
+units::worded! {
+    /// A displacement component in the global axes.
+    #[derive(Serialize, Deserialize, JsonSchema)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Component {
+        /// u_x.
+        X = "x",
+        /// u_y.
+        Y = "y",
+        /// u_z.
+        Z = "z",
     }
 }
 

@@ -7,39 +7,23 @@ use super::{
     Follow, Measure, Obstacle, ProblemPart, Quantity, Scene, StepValue, is_default, varying::varies,
 };
 
-/// A degree of freedom of a rigid tool.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ToolMotion {
-    /// Along x.
-    X,
-    /// Along y.
-    Y,
-    /// Along z.
-    Z,
-    /// About an axis along x through the point of the tool.
-    TurnX,
-    /// About an axis along y.
-    TurnY,
-    /// About an axis along z.
-    TurnZ,
-}
-
-impl ToolMotion {
-    /// All six, in the order of stored motions.
-    pub const ALL: [Self; 6] = [
-        Self::X,
-        Self::Y,
-        Self::Z,
-        Self::TurnX,
-        Self::TurnY,
-        Self::TurnZ,
-    ];
-
-    /// The name used in scene files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        ["x", "y", "z", "turn_x", "turn_y", "turn_z"][self as usize]
+units::worded! {
+    /// A degree of freedom of a rigid tool.
+    #[derive(Serialize, Deserialize, JsonSchema)]
+    #[serde(rename_all = "snake_case")]
+    pub enum ToolMotion {
+        /// Along x.
+        X = "x",
+        /// Along y.
+        Y = "y",
+        /// Along z.
+        Z = "z",
+        /// About an axis along x through the point of the tool.
+        TurnX = "turn_x",
+        /// About an axis along y.
+        TurnY = "turn_y",
+        /// About an axis along z.
+        TurnZ = "turn_z",
     }
 }
 

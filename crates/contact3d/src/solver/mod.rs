@@ -27,30 +27,6 @@
 //! *HKL* is J. Haslinger, R. Kučera, T. Ligurský, *J. Comput. Appl. Math.* 235 (2011) 3464. A *pane* is a group of triangles of the
 //! contact face on which λ is constant.
 
-/// An enumeration whose values programs see as words.
-macro_rules! worded {
-    ($(#[$about:meta])* enum $name:ident { $($(#[$doc:meta])* $value:ident = $word:literal,)* }) => {
-        $(#[$about])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        pub enum $name {
-            $($(#[$doc])* $value,)*
-        }
-
-        impl $name {
-            /// All of them, in order.
-            pub const ALL: &'static [Self] = &[$(Self::$value,)*];
-
-            /// The value as programs see it.
-            #[must_use]
-            pub fn word(self) -> &'static str {
-                match self {
-                    $(Self::$value => $word,)*
-                }
-            }
-        }
-    };
-}
-
 mod accuracy;
 mod adjoint;
 mod assessment;

@@ -5,10 +5,10 @@ use std::ops::AddAssign;
 use super::{CoulombState, StartStrategy};
 use crate::scene::SolveSettings;
 
-worded! {
+units::worded! {
     /// What a solve came to: the error of its solution decides, not how its method stopped.
     #[derive(Default)]
-    enum Status {
+    pub enum Status {
         /// The accuracy ε was reached.
         Converged = "converged",
         /// The outer loop ran out of steps.
@@ -90,12 +90,6 @@ impl Status {
     #[must_use]
     pub fn is_success(self, settings: &SolveSettings) -> bool {
         self.is_solved() && (self != Self::MachinePrecision || settings.epsilon.is_none())
-    }
-
-    /// The status that programs see as `word`.
-    #[must_use]
-    pub fn of_word(word: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|it| it.word() == word)
     }
 }
 

@@ -8,10 +8,10 @@
 //! Rigid motions are those of a body that only contact holds, or beside it springs far softer than the body. The rigid compliance is large
 //! where a pane moves far more with the body than against its neighbours, or such springs hold the body.
 
-worded! {
+units::worded! {
     /// Where Newton's method begins, or how it comes nearer, in the order in which strategies are tried; [`Self::Relaxed`] moves behind the
     /// interior point where the rigid compliance is large, [`Self::Separated`] behind it where panes slide apart.
-    enum StartStrategy {
+    pub enum StartStrategy {
         /// From the face that is separated from its foundation, where no rigid motion that the load drives presses a pane; only this start has all panes
         /// open.
         Separated = "separated",

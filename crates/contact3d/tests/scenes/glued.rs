@@ -191,7 +191,7 @@ fn glued_bodies_float_together() {
         .with_friction(Friction::coulomb(0.3))
         .with_pressure(Pressure::on("upper.z_max", PRESSURE));
     for axis in [Component::X, Component::Y, Component::Z] {
-        let face = format!("base.{}_min", axis.name());
+        let face = format!("base.{}_min", axis.word());
         scene = scene.with_clamp(Clamp::face(face).along(&[axis]));
     }
     let solution = solved(&scene);
@@ -231,7 +231,7 @@ fn clamped_components_stay() {
         .with_pressure(Pressure::on("upper.z_max", PRESSURE));
     for body in ["lower", "upper"] {
         for axis in [Component::X, Component::Y] {
-            let face = format!("{body}.{}_min", axis.name());
+            let face = format!("{body}.{}_min", axis.word());
             scene = scene.with_clamp(Clamp::face(face).along(&[axis]));
         }
     }

@@ -1,12 +1,12 @@
 //! Errors and costs of the solvers on the mesh of the scene, for tolerances from loose to strict.
 
-use std::{fmt, path::Path, sync::Arc, time::Instant};
+use std::{path::Path, sync::Arc, time::Instant};
 
-use super::{AccuracySettings, Cost, cost::measure, discretisation::energy_norm};
+use super::{AccuracySettings, Cost, cost::measure};
 use crate::StudyStep;
 use contact3d::{
     AssembledProblem, Problem, ProblemError,
-    linalg::{difference, norm},
+    linalg::{difference, dot, norm},
     mesh::Mesh,
     scene::{DualOperatorKind, Method, PrecisionControl, Scene, SolveSettings},
     solver::{Solution, Start, Status},
@@ -21,42 +21,25 @@ pub const EPSILONS: [f64; 11] = [
 /// the budget.
 const CHEAP_SHARE: f64 = 1.0 / 60.0;
 
-/// A method of the study. The inner solver of successive approximations is the scene's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RunMethod {
-    /// Successive approximations with inner precision (a).
-    FixedPrecision,
-    /// Successive approximations with inner precision (b).
-    AdaptivePrecision,
-    /// Semismooth Newton.
-    Newton,
-}
-
-/// How the dual operator is held.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RunOperator {
-    /// Two sparse triangular solves for each application.
-    Implicit,
-    /// A dense matrix.
-    Explicit,
-}
-
-impl fmt::Display for RunMethod {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::FixedPrecision => "fixed point (a)",
-            Self::AdaptivePrecision => "fixed point (b)",
-            Self::Newton => "Newton",
-        })
+units::worded! {
+    /// A method of the study. The inner solver of successive approximations is the scene's.
+    pub enum RunMethod {
+        /// Successive approximations with inner precision (a).
+        FixedPrecision = "fixed point (a)",
+        /// Successive approximations with inner precision (b).
+        AdaptivePrecision = "fixed point (b)",
+        /// Semismooth Newton.
+        Newton = "Newton",
     }
 }
 
-impl fmt::Display for RunOperator {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Implicit => "implicit",
-            Self::Explicit => "explicit",
-        })
+units::worded! {
+    /// How the dual operator is held.
+    pub enum RunOperator {
+        /// Two sparse triangular solves for each application.
+        Implicit = "implicit",
+        /// A dense matrix.
+        Explicit = "explicit",
     }
 }
 
@@ -221,8 +204,8 @@ impl StudiedProblem<'_> {
             let result = match self.affordable(&entries, spent) {
                 None => None,
                 Some(applications) => {
-                    let words = format!("{method}, {operator}, epsilon {epsilon:.0e}");
-                    observe(StudyStep::Begin(words));
+                    let words = [method.word(), operator.word()].join(", ");
+                    observe(StudyStep::Begin(format!("{words}, epsilon {epsilon:.0e}")));
                     Some(self.run(method, epsilon, applications)?)
                 }
             };
@@ -287,7 +270,11 @@ impl StudiedProblem<'_> {
                 .solve_from(&settings, Start::default(), &mut |_| {})
         })?;
         let stiffness = &self.assembled.system.assembly.primal.stiffness;
-        let energy = |u: &[f64]| energy_norm(stiffness, u);
+        let energy = |u: &[f64]| {
+            let mut forces = vec![0.0; u.len()];
+            stiffness.mul(u, &mut forces);
+            dot(u, &forces).max(0.0).sqrt()
+        };
         let (u, exact_u) = (&solution.displacement, &self.reference.displacement);
         let (multiplier, exact) = (&solution.multiplier, &self.reference.multiplier);
         Ok(RunResult {

@@ -2,18 +2,20 @@
 
 use std::{fmt, fs, time::Instant};
 
+use serde::Serialize;
+
 use super::{Accuracy, AlgebraicStudy, EPSILONS, Level, RunResult};
 
 /// What a piece of work took.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Cost {
     /// Median wall-clock seconds of the runs.
     pub seconds: f64,
     /// Number of runs.
     pub repeats: usize,
     /// Largest resident memory of the process during the first run in bytes, with what it held
-    /// before; `None` where the system does not tell (it does on Linux).
-    pub peak_bytes: Option<f64>,
+    /// before; NaN where the system does not tell (it does on Linux).
+    pub peak_bytes: f64,
 }
 
 /// Does a piece of work, again up to three times as long as one run takes no more than `cheap`
@@ -26,7 +28,7 @@ pub(super) fn measure<T, E>(
     let started = Instant::now();
     let mut value = work()?;
     let mut seconds = vec![started.elapsed().as_secs_f64()];
-    let peak_bytes = peak();
+    let peak_bytes = process_bytes("VmHWM:").map_or(f64::NAN, |bytes| bytes as f64);
     // Most runs of the same work, of which the median counts.
     while seconds.len() < 3 && seconds[0] <= cheap {
         drop(value);
@@ -49,14 +51,13 @@ fn forget_peak() {
     let _ = fs::write("/proc/self/clear_refs", "5");
 }
 
-/// Largest resident memory of this process since [`forget_peak`] in bytes.
-fn peak() -> Option<f64> {
+/// Bytes that Linux says of this process in a line such as `VmHWM:`, the largest resident memory since [`forget_peak`]; see proc(5).
+#[must_use]
+pub fn process_bytes(line: &str) -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(1024.0 * kibibytes)
+    let found = status.lines().find_map(|all| all.strip_prefix(line))?;
+    let kibibytes: u64 = found.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kibibytes)
 }
 
 /// What the studies mean for someone who has the scene's mesh.
@@ -176,6 +177,6 @@ mod tests {
         })
         .unwrap();
         assert_eq!(sum, bytes);
-        assert!(cost.peak_bytes.unwrap() >= bytes as f64);
+        assert!(cost.peak_bytes >= bytes as f64);
     }
 }

@@ -10,10 +10,9 @@ use super::{
 };
 use crate::StudyStep;
 use contact3d::{
-    AssembledProblem, Problem, ProblemError,
-    dual::PrimalSystem,
+    Problem, ProblemError,
     elasticity::{InternalForces, MaterialField, SpringMatrix},
-    linalg::{CscMatrix, dot},
+    linalg::dot,
     mesh::{Mesh, RefinableBody},
     scene::{AssembleSettings, Brick, Functional, InvalidValue, Scene, SolveSettings},
     solver::Status,
@@ -149,8 +148,6 @@ pub(super) struct NestedMeshes<'a> {
     quantities: Vec<Functional>,
     levels: Vec<Level>,
     fields: Vec<SolvedMesh>,
-    /// A of the last mesh.
-    finest: Option<PrimalSystem>,
 }
 
 impl<'a> NestedMeshes<'a> {
@@ -178,7 +175,6 @@ impl<'a> NestedMeshes<'a> {
             quantities: quantities_of(scene),
             levels: Vec::new(),
             fields: Vec::new(),
-            finest: None,
         })
     }
 
@@ -194,13 +190,6 @@ impl<'a> NestedMeshes<'a> {
             |brick: &mut Option<Brick>| !coarser || brick.as_ref().is_some_and(is_coarser);
         while let Some(brick) = self.to_come.pop_if(&mut wanted) {
             let cuts = self.levels.len();
-            let words = match &brick {
-                Some(Brick {
-                    cells: [x, y, z], ..
-                }) => format!("mesh of {x} x {y} x {z} cells"),
-                None if cuts == 0 => "mesh of the scene".to_owned(),
-                None => format!("mesh {cuts} finer than the scene's"),
-            };
             // Halved edges make eight tetrahedra of one.
             let forecast = self.levels.last().map_or(0, |last| 8 * last.n_free);
             if brick.is_none() && forecast > self.most_unknowns {
@@ -211,14 +200,14 @@ impl<'a> NestedMeshes<'a> {
                 self.to_come.clear();
                 break;
             }
-            observe(StudyStep::Begin(words));
+            let of = cuts + 1 + self.to_come.len();
+            observe(StudyStep::Begin(format!("mesh {} of {of}", cuts + 1)));
             let scene = solved_to_rounding(self.scene.clone());
             let scene = brick
                 .iter()
                 .fold(scene, |scene, brick| with_brick(&scene, brick));
-            drop(self.finest.take());
             // Again, for the median of its seconds, when once took no longer than this.
-            let ((level, field, primal), cost) = measure(5.0, || {
+            let ((level, field), cost) = measure(5.0, || {
                 solve_level(&scene, self.folder, brick.as_ref(), cuts, &self.quantities)
             })?;
             let error = match level.estimated_error {
@@ -230,26 +219,20 @@ impl<'a> NestedMeshes<'a> {
             observe(StudyStep::Figure(words));
             self.levels.push(Level { cost, ..level });
             self.fields.push(field);
-            self.finest = Some(primal);
         }
         Ok(())
     }
 
     /// All meshes against the finest.
     pub(super) fn study(mut self) -> DiscretisationStudy {
-        if let (Some(primal), Some(last)) = (self.finest, self.fields.last()) {
+        if let Some(last) = self.fields.last() {
             let (mesh, finest) = (&last.mesh, &last.displacement);
-            let norm = |field: &[[f64; 3]]| match primal.dofs.prescribed {
-                None if primal.dofs.tied.is_empty() => {
-                    energy_norm(&primal.stiffness, &primal.dofs.to_free(field))
-                }
-                _ => whole_energy_norm(self.scene, mesh, field),
-            };
+            let norm = |field: &[[f64; 3]]| energy_norm(self.scene, mesh, field);
             let size = norm(finest);
-            let has_finest = self
+            let finest_error = self
                 .levels
                 .last()
-                .is_some_and(|last| !last.estimated_error.is_nan());
+                .map_or(f64::NAN, |last| last.estimated_error);
             // The tetrahedron of each level that each of the finest mesh lies in, of meshes that were cut.
             let mut around: Vec<usize> = (0..last.descendants.len()).collect();
             for (level, own) in self.levels.iter_mut().zip(&self.fields).rev() {
@@ -263,7 +246,7 @@ impl<'a> NestedMeshes<'a> {
                     .collect();
                 let difference = norm(&apart);
                 level.energy_difference = match size {
-                    _ if !has_finest || level.estimated_error.is_nan() => f64::NAN,
+                    _ if finest_error.is_nan() || level.estimated_error.is_nan() => f64::NAN,
                     0.0 => 0.0,
                     _ => difference / size,
                 };
@@ -291,27 +274,27 @@ fn quantities_of(scene: &Scene) -> Vec<Functional> {
 
 /// Refuses limits that the meshes of a scene do not have.
 fn refuse_other_options(scene: &Scene, settings: &AccuracySettings) -> Result<(), InvalidValue> {
-    let finest = settings.finest.map(|n_div| ("--finest", n_div));
-    let of_brick = finest.or(settings.coarsest.map(|n_div| ("--coarsest", n_div)));
-    let of_others = settings.unknowns.map(|most| ("--unknowns", most));
-    let (given, expected, help) = match scene.as_brick() {
-        Some(_) => (
-            of_others,
+    const BRICK: &str = "a body that is one brick";
+    let options = [
+        ("--finest", settings.finest, BRICK),
+        ("--coarsest", settings.coarsest, BRICK),
+        (
+            "--unknowns",
+            settings.unknowns,
             "a mesh file or several bodies",
-            "choose the cells of a brick with --finest",
         ),
-        None => (
-            of_brick,
-            "a body that is one brick",
-            "a mesh file and several bodies have no n_div: their tetrahedra are cut up to twice, as far as --unknowns allows",
-        ),
-    };
-    given.map_or(Ok(()), |(key, value)| {
+    ];
+    let is_brick = scene.as_brick().is_some();
+    let mut others = options
+        .into_iter()
+        .filter(|(.., body)| (*body == BRICK) != is_brick);
+    let given = others.find(|(_, value, _)| value.is_some());
+    given.map_or(Ok(()), |(key, _, expected)| {
         Err(InvalidValue {
             key: key.into(),
             expected: expected.into(),
-            found: format!("{value}, for another body"),
-            help: help.into(),
+            found: "another body".into(),
+            help: "cells of one brick have --coarsest and --finest; tetrahedra of mesh files and of several bodies are cut up to twice, as far as --unknowns allows".into(),
         })
     })
 }
@@ -335,15 +318,8 @@ impl Trend {
     }
 }
 
-/// ‖u‖_A = √(uᵀAu).
-pub(super) fn energy_norm(stiffness: &CscMatrix, displacement: &[f64]) -> f64 {
-    let mut forces = vec![0.0; displacement.len()];
-    stiffness.mul(displacement, &mut forces);
-    dot(displacement, &forces).max(0.0).sqrt()
-}
-
 /// √a(u, u) of a nodal displacement in m, `[n_nodes]`, whose held nodes may have moved.
-fn whole_energy_norm(scene: &Scene, mesh: &Mesh, displacement: &[[f64; 3]]) -> f64 {
+fn energy_norm(scene: &Scene, mesh: &Mesh, displacement: &[[f64; 3]]) -> f64 {
     let material = MaterialField::new(scene, mesh);
     let elastic = InternalForces::of(mesh, &material, displacement).forces;
     // A stiffness without a value was refused when A was assembled.
@@ -361,14 +337,14 @@ pub(super) fn solved_to_rounding(mut scene: Scene) -> Scene {
     scene
 }
 
-/// A level, its displacement, and A: of a brick, or of another body whose tetrahedra are all cut so often.
+/// A level and its displacement: of a brick, or of another body whose tetrahedra are all cut so often.
 fn solve_level(
     scene: &Scene,
     folder: &Path,
     brick: Option<&Brick>,
     cuts: usize,
     quantities: &[Functional],
-) -> Result<(Level, SolvedMesh, PrimalSystem), ProblemError> {
+) -> Result<(Level, SolvedMesh), ProblemError> {
     let (mesh, descendants) = match brick {
         Some(_) => (Mesh::of_scene(scene, folder)?, Vec::new()),
         None => {
@@ -382,15 +358,13 @@ fn solve_level(
     let assembled = problem.assemble()?;
     let (solution, report) = assembled.solve_and_report(&scene.solve)?;
     let r = &report.resultants;
-    let AssembledProblem { problem, system } = assembled;
-    let n_tetrahedra = problem.mesh().tetrahedra.len();
+    let mesh = assembled.mesh();
+    let n_tetrahedra = mesh.tetrahedra.len();
     let cells = brick.map(|brick| brick.cells);
     let parts = cells.map_or(n_tetrahedra, |cells| cells.iter().product());
-    let volume: f64 = problem.mesh().corner_volumes().iter().sum();
-    let value = |of: &Functional| match solution.status.is_solved() {
-        true => report.value(*of).unwrap_or(f64::NAN),
-        false => f64::NAN,
-    };
+    let volume: f64 = mesh.corner_volumes().iter().sum();
+    let is_solved = solution.status.is_solved();
+    let value = |of: &Functional| report.value(*of).filter(|_| is_solved).unwrap_or(f64::NAN);
     let level = Level {
         cells,
         n_tetrahedra,
@@ -409,9 +383,9 @@ fn solve_level(
     };
     let field = SolvedMesh {
         brick: brick.cloned(),
-        mesh: Arc::clone(problem.mesh()),
+        mesh: Arc::clone(mesh),
         descendants,
         displacement: report.displacement,
     };
-    Ok((level, field, system.assembly.primal))
+    Ok((level, field))
 }

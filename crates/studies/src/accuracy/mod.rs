@@ -11,7 +11,7 @@ mod discretisation;
 mod refinement;
 
 pub use algebraic::{AlgebraicStudy, EPSILONS, RunMethod, RunOperator, RunResult, SolverRun};
-pub use cost::{Advice, Cost};
+pub use cost::{Advice, Cost, process_bytes};
 pub use discretisation::{DiscretisationStudy, Level, Trend};
 pub(crate) use refinement::{brick_n_div, observed_order};
 pub use refinement::{extrapolated, nested_bricks};

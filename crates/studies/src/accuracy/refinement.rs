@@ -15,7 +15,7 @@ use contact3d::{
     ProblemError,
     mesh::{Descendant, Mesh},
     reference::quadratic_tetrahedron,
-    scene::{Brick, BrickFace, Contact, InvalidValue, MultiplierSpace, Scene},
+    scene::{Brick, BrickFace, Contact, Grading, InvalidValue, MultiplierSpace, Scene},
 };
 
 /// n_div of a brick: its smallest number of cells along an edge.
@@ -43,8 +43,6 @@ pub fn nested_bricks(
     settings: &AccuracySettings,
 ) -> Result<Vec<Brick>, ProblemError> {
     let n_div = brick_n_div(brick);
-    // Cubes of fewer cells along an edge are too coarse for an order.
-    let coarsest = settings.coarsest.unwrap_or(4);
     let finest = settings.finest.unwrap_or_else(|| default_finest(n_div));
     if finest == 0 || !finest.is_multiple_of(n_div) {
         return Err(ProblemError::Invalid(InvalidValue {
@@ -58,7 +56,7 @@ pub fn nested_bricks(
     let parts = finest.cells.into_iter().fold(0, greatest_common_divisor);
     let merged = (1..=parts).rev().filter(|m| parts.is_multiple_of(*m));
     let is_wanted = |brick: &Brick| {
-        brick_n_div(brick) >= coarsest.min(n_div)
+        brick_n_div(brick) >= settings.coarsest.unwrap_or(4).min(n_div)
             && with_brick(scene, brick).validate().is_ok()
             && contact_parts_fit(scene, brick)
     };
@@ -77,7 +75,8 @@ fn refined(brick: &Brick, parts: usize) -> Brick {
             (0..parts).map(move |k| pair[0] + k as f64 * part)
         });
         let end = planes.last().copied();
-        set_planes(&mut finer, axis, inside.chain(end).collect());
+        finer = finer.with_planes(axis, inside.chain(end).collect());
+        finer.grading = Grading::default();
     }
     finer
 }
@@ -93,7 +92,8 @@ fn coarsened(brick: &Brick, merged: usize) -> Option<Brick> {
             return None;
         }
         let kept = planes.iter().copied().step_by(merged);
-        set_planes(&mut coarser, axis, kept.collect());
+        coarser = coarser.with_planes(axis, kept.collect());
+        coarser.grading = Grading::default();
     }
     Some(coarser)
 }
@@ -112,14 +112,6 @@ fn merges_equal_cells(planes: &[f64], merged: usize) -> bool {
             (x - even).abs() <= 4.0 * f64::EPSILON * length
         })
     })
-}
-
-fn set_planes(brick: &mut Brick, axis: usize, planes: Vec<f64>) {
-    *brick.coordinates.along_mut(axis) = Some(planes);
-    let faces = BrickFace::ALL.into_iter();
-    for face in faces.filter(|face| face.axis() == axis) {
-        *brick.grading.towards_mut(face) = 1.0;
-    }
 }
 
 /// The scene with another brick.

@@ -15,24 +15,26 @@ use contact3d::{
     solver::{Bound, ContactSide, NaturalMap},
 };
 
-/// What is special about a point.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum PointKind {
-    /// The first of a path that begins at no special point.
-    Start,
-    /// Nothing.
-    #[default]
-    Regular,
-    /// A pane or a node of the law changes; the path goes on with the parameter.
-    Kink,
-    /// The parameter turns back on a smooth piece.
-    Fold,
-    /// The parameter turns back where a pane or a node changes.
-    KinkFold,
-    /// More than two half paths meet.
-    BranchPoint,
-    /// The path ends here.
-    End,
+units::worded! {
+    /// What is special about a point.
+    #[derive(Default)]
+    pub enum PointKind {
+        /// The first of a path that begins at no special point.
+        Start = "start",
+        /// Nothing.
+        #[default]
+        Regular = "regular",
+        /// A pane or a node of the law changes; the path goes on with the parameter.
+        Kink = "kink",
+        /// The parameter turns back on a smooth piece.
+        Fold = "fold",
+        /// The parameter turns back where a pane or a node changes.
+        KinkFold = "fold at a kink",
+        /// More than two half paths meet.
+        BranchPoint = "branch point",
+        /// The path ends here.
+        End = "end",
+    }
 }
 
 /// A certified solution on a path.

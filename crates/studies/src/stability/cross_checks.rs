@@ -1,7 +1,5 @@
 //! The answers of other algorithms to the same problem.
 
-use std::fmt;
-
 use super::explicit_problem::ExplicitProblem;
 use crate::StudyStep;
 use contact3d::{
@@ -15,30 +13,23 @@ use contact3d::{
 /// Accuracy asked of all.
 const TO_ROUNDING: f64 = 1e-12;
 
-/// An algorithm that shares with the others only S and h.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CrossCheck {
-    /// The semismooth Newton method for slip bound and friction at once.
-    Newton,
-    /// Successive approximations with Newton's method inside; one minimisation without Coulomb's
-    /// law.
-    FixedPointNewton,
-    /// The same with GPCG inside.
-    FixedPointGpcg,
-    /// λ ← λ + θ (Ψ(λ) − λ) with the paper's mapping Ψ and θ = ½, then ⅛: converges where Ψ itself
-    /// oscillates. Only asked when fewer than two others find a solution.
-    Averaged,
+units::worded! {
+    /// An algorithm that shares with the others only S and h.
+    pub enum CrossCheck {
+        /// The semismooth Newton method for slip bound and friction at once.
+        Newton = "Newton",
+        /// Successive approximations with Newton's method inside; one minimisation without Coulomb's
+        /// law.
+        FixedPointNewton = "fixed point with Newton",
+        /// The same with GPCG inside.
+        FixedPointGpcg = "fixed point with GPCG",
+        /// λ ← λ + θ (Ψ(λ) − λ) with the paper's mapping Ψ and θ = ½, then ⅛: converges where Ψ itself
+        /// oscillates. Only asked when fewer than two others find a solution.
+        Averaged = "averaged fixed point",
+    }
 }
 
 impl CrossCheck {
-    /// All cross-checks.
-    pub const ALL: [Self; 4] = [
-        Self::Newton,
-        Self::FixedPointNewton,
-        Self::FixedPointGpcg,
-        Self::Averaged,
-    ];
-
     fn settings(self) -> SolveSettings {
         let (method, inner) = match self {
             Self::Newton => (Method::Newton, InnerSolver::default()),
@@ -54,17 +45,6 @@ impl CrossCheck {
             max_operator_applications: 100_000,
             ..SolveSettings::default()
         }
-    }
-}
-
-impl fmt::Display for CrossCheck {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Newton => "Newton",
-            Self::FixedPointNewton => "fixed point with Newton",
-            Self::FixedPointGpcg => "fixed point with GPCG",
-            Self::Averaged => "averaged fixed point",
-        })
     }
 }
 
@@ -105,7 +85,7 @@ pub(super) fn compare(
 ) -> Result<Vec<CrossCheckResult>, ProblemError> {
     let mut results: Vec<CrossCheckResult> = Vec::new();
     for cross_check in CrossCheck::ALL {
-        observe(StudyStep::Begin(cross_check.to_string()));
+        observe(StudyStep::Begin(cross_check.word().to_owned()));
         let (status, accuracy, steps, unknowns) = if cross_check == CrossCheck::Averaged {
             let solved = results.iter().filter(|result| result.is_solution());
             match problem.contact().interface.coulomb() {

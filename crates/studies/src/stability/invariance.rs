@@ -13,56 +13,31 @@ use contact3d::{
     solver::{Linearisation, Solution, Status},
 };
 
-/// A change of the description that leaves the problem as it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Invariance {
-    /// Units that differ by powers of two: every rounding is the same, so are all bits.
-    BinaryUnits,
-    /// Millimetres and newtons per square millimetre for metres and pascals.
-    DecimalUnits,
-    /// Loads, gap and the slips of the law times 2⁻³⁰: all bits stay. Not against an obstacle, whose distance is part of
-    /// the geometry.
-    LoadScaling,
-    /// Scattered node numbers.
-    Renumbering,
-    /// Another number of threads: all bits stay.
-    Threads,
+units::worded! {
+    /// A change of the description that leaves the problem as it is.
+    pub enum Invariance {
+        /// Units that differ by powers of two: every rounding is the same, so are all bits.
+        BinaryUnits = "binary_units",
+        /// Millimetres and newtons per square millimetre for metres and pascals.
+        DecimalUnits = "decimal_units",
+        /// Loads, gap and the slips of the law times 2⁻³⁰: all bits stay. Not against an obstacle, whose distance is part of
+        /// the geometry.
+        LoadScaling = "load_scaling",
+        /// Scattered node numbers.
+        Renumbering = "renumbering",
+        /// Another number of threads: all bits stay.
+        Threads = "threads",
+    }
 }
 
 /// Two to this power scales the loads.
 const LOAD_POWER: i32 = -30;
 
 impl Invariance {
-    /// All changes.
-    pub const ALL: [Self; 5] = [
-        Self::BinaryUnits,
-        Self::DecimalUnits,
-        Self::LoadScaling,
-        Self::Renumbering,
-        Self::Threads,
-    ];
-
     /// Whether not even a bit may change.
     #[must_use]
     pub fn is_exact(self) -> bool {
         matches!(self, Self::BinaryUnits | Self::LoadScaling | Self::Threads)
-    }
-
-    /// The name of its column, and the change in words.
-    fn names(self) -> [&'static str; 2] {
-        match self {
-            Self::BinaryUnits => ["binary_units", "units by powers of two"],
-            Self::DecimalUnits => ["decimal_units", "decimal units"],
-            Self::LoadScaling => ["load_scaling", "scaled loads"],
-            Self::Renumbering => ["renumbering", "renumbered nodes"],
-            Self::Threads => ["threads", "other threads"],
-        }
-    }
-
-    /// The name of its column.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        self.names()[0]
     }
 
     /// The other units; `None` where numbers stay what they are.
@@ -91,7 +66,13 @@ impl Invariance {
 
 impl fmt::Display for Invariance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.names()[1])
+        f.write_str(match self {
+            Self::BinaryUnits => "units by powers of two",
+            Self::DecimalUnits => "decimal units",
+            Self::LoadScaling => "scaled loads",
+            Self::Renumbering => "renumbered nodes",
+            Self::Threads => "other threads",
+        })
     }
 }
 

@@ -217,26 +217,16 @@ pub struct Verdict {
     pub findings: Vec<String>,
 }
 
-/// From good to bad.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum VerdictLevel {
-    /// All that was asked for, to 1e-10 or to the bit.
-    Pass,
-    /// Above 1e-10, but within what double precision allows at this conditioning, or within what was asked for.
-    Limited,
-    /// Something was not reached and is not explained.
-    Fail,
-}
-
-impl VerdictLevel {
-    /// The level as programs see it.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Pass => "pass",
-            Self::Limited => "limited",
-            Self::Fail => "fail",
-        }
+units::worded! {
+    /// From good to bad.
+    #[derive(PartialOrd, Ord)]
+    pub enum VerdictLevel {
+        /// All that was asked for, to 1e-10 or to the bit.
+        Pass = "pass",
+        /// Above 1e-10, but within what double precision allows at this conditioning, or within what was asked for.
+        Limited = "limited",
+        /// Something was not reached and is not explained.
+        Fail = "fail",
     }
 }
 
@@ -337,14 +327,19 @@ impl Verdict {
                     agreeing += 1;
                     let text = format!(
                         "{} {:.0e}, its residual allows {allowed:.0e}",
-                        cross_check.cross_check, cross_check.disagreement
+                        cross_check.cross_check.word(),
+                        cross_check.disagreement
                     );
                     remarks.push((VerdictLevel::Limited, text));
                 }
                 (true, VerdictLevel::Fail)
                     if cross_check.residual <= GOAL && cross_check.disagreement > allowed =>
                 {
-                    self.add_solution(check, &cross_check.cross_check, cross_check.disagreement);
+                    self.add_solution(
+                        check,
+                        &cross_check.cross_check.word(),
+                        cross_check.disagreement,
+                    );
                 }
                 (true, VerdictLevel::Fail) => {
                     remarks.push((VerdictLevel::Fail, described(cross_check)))
@@ -383,12 +378,13 @@ fn described(cross_check: &CrossCheckResult) -> String {
     if cross_check.is_solution() {
         format!(
             "{} finds another answer ({:.0e})",
-            cross_check.cross_check, cross_check.disagreement
+            cross_check.cross_check.word(),
+            cross_check.disagreement
         )
     } else {
         format!(
             "{}: {}",
-            cross_check.cross_check,
+            cross_check.cross_check.word(),
             cross_check.status.word().replace('_', " ")
         )
     }

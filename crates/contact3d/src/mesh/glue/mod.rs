@@ -287,7 +287,7 @@ impl Mesh {
                     (value(first) - value(*other)).abs() > UNIT_ROUNDING * size
                 };
                 if let Some(other) = others.iter().find(|other| differs(other)) {
-                    let [along, at] = [axis.name().to_owned(), place_words(at)];
+                    let [along, at] = [axis.word().to_owned(), place_words(at)];
                     let (held, pair) = (Written(&value(first)), joint.pair.join(" and "));
                     return Err(InvalidValue {
                         key: format!("clamp.{other}.value"),

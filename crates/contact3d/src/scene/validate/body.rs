@@ -279,7 +279,7 @@ fn extreme_widths(planes: &[f64]) -> [f64; 2] {
 fn steepest(brick: &Brick, axis: usize) -> Option<&'static str> {
     let [lower, upper] = brick.grading.along(axis);
     let place = 2 * axis + usize::from(upper > lower);
-    (lower.max(upper) > 1.0).then_some(BrickFace::NAMES[place])
+    (lower.max(upper) > 1.0).then(|| BrickFace::ALL[place].word())
 }
 
 fn check_part(part: &Part, key: &str, scene: &Scene) -> Result<(), InvalidValue> {

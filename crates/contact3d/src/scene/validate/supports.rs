@@ -65,7 +65,7 @@ fn check_clamps(scene: &Scene) -> Result<(), InvalidValue> {
             format!("clamp.{i}.value"),
             &format!(
                 "0.0 along {}, which this clamp leaves free",
-                free.map_or("", Component::name)
+                free.map_or("", Component::word)
             ),
             Written(&clamp.value),
             "value goes along x, y and z; add the axis to components to hold it there",
@@ -130,7 +130,7 @@ fn check_name(scene: &Scene, face: &str, key: &str) -> Result<(), InvalidValue> 
     let bricks = bodies().filter(|body| scene.bodies[*body].brick.is_some());
     let known = bricks.flat_map(|body| {
         let prefix = scene.face_prefix(body);
-        BrickFace::NAMES.map(|name| format!("{prefix}{name}"))
+        BrickFace::ALL.map(|face| format!("{prefix}{}", face.word()))
     });
     let mut known: Vec<String> = known.collect();
     let is_known = known.iter().any(|name| name == face);

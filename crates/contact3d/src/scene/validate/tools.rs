@@ -70,7 +70,7 @@ fn check_motions(tool: &Tool, i: usize) -> Result<(), InvalidValue> {
             value != Some(0.0) && tool.is_free(first + c) == is_motion
         });
         let Some(c) = given else { continue };
-        let motion = ToolMotion::ALL[first + c].name();
+        let motion = ToolMotion::ALL[first + c].word();
         let (is, other) = match is_motion {
             true => ("free", ["force", "moment"]),
             false => ("held", ["displacement", "turn"]),
