@@ -186,9 +186,8 @@ impl<'a> NestedMeshes<'a> {
     ) -> Result<(), ProblemError> {
         let own = self.scene.as_brick().map_or(0, brick_n_div);
         let is_coarser = |brick: &Brick| brick_n_div(brick) < own;
-        let mut wanted =
-            |brick: &mut Option<Brick>| !coarser || brick.as_ref().is_some_and(is_coarser);
-        while let Some(brick) = self.to_come.pop_if(&mut wanted) {
+        let wanted = |brick: &mut Option<Brick>| !coarser || brick.as_ref().is_some_and(is_coarser);
+        while let Some(brick) = self.to_come.pop_if(wanted) {
             let cuts = self.levels.len();
             // Halved edges make eight tetrahedra of one.
             let forecast = self.levels.last().map_or(0, |last| 8 * last.n_free);
