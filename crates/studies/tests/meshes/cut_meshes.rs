@@ -49,11 +49,17 @@ fn fields_of_cut_meshes_are_as_far_apart_as_their_energies() {
         brick("right", 3.0)
     );
     let post = format!("{post}{}", file("post_order2_41.msh", "P2"));
-    for (text, unknowns, n_levels) in [
-        (foot.clone(), 0, 1),
-        (foot, 5_000, 2),
-        (post, 10_000, 2),
-        (pair, 10_000, 3),
+    let quadratic = pair
+        .replace("origin", "element = 'P2'\norigin")
+        .replace("[2, 2, 2]", "[1, 1, 1]");
+    // On straight sides energies agree to rounding, some 1e-12 of them. On curved ones the points of integration are not exact for the
+    // rational functions there, more so in the larger tetrahedra; they leave 5e-6.
+    for (text, unknowns, n_levels, tolerance) in [
+        (foot.clone(), 0, 1, 1e-8),
+        (foot, 5_000, 2, 1e-8),
+        (post, 10_000, 2, 2e-5),
+        (pair, 10_000, 3, 1e-8),
+        (quadratic, 1_000, 2, 1e-8),
     ] {
         let study = study(&parsed(&text), meshes(), unknowns);
         let levels = &study.levels;
@@ -62,9 +68,8 @@ fn fields_of_cut_meshes_are_as_far_apart_as_their_energies() {
         for level in &levels[..n_levels - 1] {
             let by_energies = (finest - level.potential_energy) / finest;
             let by_distance = level.energy_difference.powi(2);
-            // Energies agree to rounding, some 1e-12 of them, and differ by 1e-3 or more.
             assert!(
-                (by_energies / by_distance - 1.0).abs() < 1e-8,
+                (by_energies / by_distance - 1.0).abs() < tolerance,
                 "{text}: {by_energies:e} {by_distance:e}"
             );
             assert!(by_distance > 1e-3, "{by_distance:e}");
