@@ -187,7 +187,7 @@ fn of_answers(check: &Check, units: Units) -> Figures {
     figures.json_only("variation", Map::new());
     for result in &check.invariances {
         let key = format!("variation.{}", result.invariance.word());
-        figures.number(&key, &result.invariance.to_string(), Scientific(1), result.difference);
+        figures.number(&key, &result.invariance.word().replace('_', " "), Scientific(1), result.difference);
     }
     let (digits, wanted) = (check.trusted_digits(), check.wanted);
     let trusted = format!("{digits}, {:.0} asked for", -wanted.log10());

@@ -42,7 +42,7 @@ fn hard_cases_hold_but_for_those_known_to_be_open() {
             let (name, change) = (&row.name, result.invariance);
             assert!(
                 result.difference == 0.0,
-                "{name}, {change}: {:e}",
+                "{name}, {change:?}: {:e}",
                 result.difference
             );
         }

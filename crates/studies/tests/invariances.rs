@@ -88,7 +88,7 @@ fn formulas_survive_other_descriptions() {
     for invariance in Invariance::ALL {
         let mut results = check.invariances.iter();
         let result = results.find(|result| result.invariance == invariance);
-        let result = result.unwrap_or_else(|| panic!("{invariance} does not apply"));
-        assert!(result.difference < 1e-9, "{invariance}: {result:?}");
+        let result = result.unwrap_or_else(|| panic!("{invariance:?} does not apply"));
+        assert!(result.difference < 1e-9, "{invariance:?}: {result:?}");
     }
 }

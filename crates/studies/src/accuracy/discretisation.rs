@@ -202,9 +202,7 @@ impl<'a> NestedMeshes<'a> {
             let of = cuts + 1 + self.to_come.len();
             observe(StudyStep::Begin(format!("mesh {} of {of}", cuts + 1)));
             let scene = solved_to_rounding(self.scene.clone());
-            let scene = brick
-                .iter()
-                .fold(scene, |scene, brick| with_brick(&scene, brick));
+            let scene = brick.iter().fold(scene, |s, brick| with_brick(&s, brick));
             // Again, for the median of its seconds, when once took no longer than this.
             let ((level, field), cost) = measure(5.0, || {
                 solve_level(&scene, self.folder, brick.as_ref(), cuts, &self.quantities)
@@ -228,10 +226,7 @@ impl<'a> NestedMeshes<'a> {
             let (mesh, finest) = (&last.mesh, &last.displacement);
             let norm = |field: &[[f64; 3]]| energy_norm(self.scene, mesh, field);
             let size = norm(finest);
-            let finest_error = self
-                .levels
-                .last()
-                .map_or(f64::NAN, |last| last.estimated_error);
+            let finest_error = self.levels.last().map(|last| last.estimated_error);
             // The tetrahedron of each level that each of the finest mesh lies in, of meshes that were cut.
             let mut around: Vec<usize> = (0..last.descendants.len()).collect();
             for (level, own) in self.levels.iter_mut().zip(&self.fields).rev() {
@@ -245,7 +240,9 @@ impl<'a> NestedMeshes<'a> {
                     .collect();
                 let difference = norm(&apart);
                 level.energy_difference = match size {
-                    _ if finest_error.is_nan() || level.estimated_error.is_nan() => f64::NAN,
+                    _ if finest_error.is_none_or(f64::is_nan) || level.estimated_error.is_nan() => {
+                        f64::NAN
+                    }
                     0.0 => 0.0,
                     _ => difference / size,
                 };

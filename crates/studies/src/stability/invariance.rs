@@ -1,6 +1,6 @@
 //! The solutions of other descriptions of the same problem, among them one with its nodes in another order.
 
-use std::{fmt, ops::Range, path::Path};
+use std::{ops::Range, path::Path};
 
 use super::explicit_problem::ExplicitProblem;
 use crate::StudyStep;
@@ -64,18 +64,6 @@ impl Invariance {
     }
 }
 
-impl fmt::Display for Invariance {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::BinaryUnits => "units by powers of two",
-            Self::DecimalUnits => "decimal units",
-            Self::LoadScaling => "scaled loads",
-            Self::Renumbering => "renumbered nodes",
-            Self::Threads => "other threads",
-        })
-    }
-}
-
 /// What a change did to the answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InvarianceResult {
@@ -99,7 +87,7 @@ pub(super) fn compare(
 ) -> Result<Vec<InvarianceResult>, ProblemError> {
     let mut results = Vec::new();
     for invariance in Invariance::ALL {
-        observe(StudyStep::Begin(invariance.to_string()));
+        observe(StudyStep::Begin(invariance.word().replace('_', " ")));
         if let Some((status, multiplier)) = changed(problem, folder, invariance)? {
             results.push(InvarianceResult {
                 invariance,

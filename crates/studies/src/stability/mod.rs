@@ -275,9 +275,10 @@ impl Verdict {
         verdict.add_cross_checks(check);
         for result in &check.invariances {
             let allowed = allowed(check, result);
+            let name = result.invariance.word().replace('_', " ");
             let other = !result.invariance.is_exact() && result.residual <= GOAL;
             if other && result.difference > USELESS.max(allowed) {
-                verdict.add_solution(check, &result.invariance, result.difference);
+                verdict.add_solution(check, &name, result.difference);
                 continue;
             }
             let reached = match allowed {
@@ -286,7 +287,7 @@ impl Verdict {
                 rounding_bound => level(check, result.difference, rounding_bound),
             };
             let figures = [result.difference, allowed];
-            verdict.add_figure(reached, &result.invariance, figures);
+            verdict.add_figure(reached, &name, figures);
         }
         verdict
     }

@@ -124,9 +124,9 @@ fn one_fault_alone_fails_the_verdict() {
         } else {
             VerdictLevel::Pass
         };
-        assert_eq!(differs(f64::EPSILON), by_a_bit, "{invariance}");
-        assert_eq!(differs(0.0), VerdictLevel::Pass, "{invariance}");
+        assert_eq!(differs(f64::EPSILON), by_a_bit, "{invariance:?}");
+        assert_eq!(differs(0.0), VerdictLevel::Pass, "{invariance:?}");
         // Another answer, where one was expected.
-        assert_eq!(differs(1e-3), VerdictLevel::Fail, "{invariance}");
+        assert_eq!(differs(1e-3), VerdictLevel::Fail, "{invariance:?}");
     }
 }
