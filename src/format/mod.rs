@@ -118,16 +118,6 @@ impl Stage {
             Self::Post => post::GROUP,
         }
     }
-
-    /// The group beside its own that shows the same: the increments of a load history, the report as ParaView reads it.
-    #[must_use]
-    pub const fn companion(self) -> Option<Group> {
-        match self {
-            Self::Solve => Some(HISTORY),
-            Self::Post => Some(VTKHDF),
-            _ => None,
-        }
-    }
 }
 
 /// Every dataset of a run file.

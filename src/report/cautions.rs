@@ -129,16 +129,22 @@ impl SolvedRun<'_> {
             let rounded = (it / digit).round() * digit;
             self.scene.units.of(Dimension::LENGTH).told(&[rounded])
         };
-        let what = match narrow.width {
-            Some(width) => format!(
-                "by Hertz's theory it is about {} wide, which wants panes of {} there",
+        let wide = narrow.width.map(|width| {
+            format!(
+                "; by Hertz's theory it is about {} wide, which wants panes of {} there",
                 length(width),
                 length(width / NarrowContact::PANES_ACROSS)
-            ),
-            None => "refine the mesh there".to_owned(),
-        };
+            )
+        });
+        let mut what = wide.unwrap_or_default();
+        if self.scene.adapt.is_none() {
+            what += "; run ... --error 5% refines the mesh there";
+        }
+        if self.has_panes() {
+            what += "; contact.multipliers = \"nodal\" sees more";
+        }
         Some(format!(
-            "{} of the normal force{} is on panes beside open ones: contact is as narrow as panes, which round its pressures and areas; {what}",
+            "{} of the normal force{} is on panes beside open ones: contact is hardly wider than panes, which round its pressures and areas{what}",
             percent(narrow.share),
             self.in_increment(place)
         ))

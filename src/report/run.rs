@@ -104,6 +104,12 @@ impl<'a> SolvedRun<'a> {
         (largest, parts, worst.unwrap_or(place))
     }
 
+    /// Whether a contact face has panes.
+    pub(super) fn has_panes(&self) -> bool {
+        let mut faces = self.scene.contacts.iter();
+        faces.any(|face| face.multipliers == MultiplierSpace::Panes)
+    }
+
     /// The estimate, and why it may be no more than a guess.
     pub(super) fn estimate_words(&self) -> String {
         let (scene, (error, estimate, place)) = (self.scene, self.estimate());
@@ -112,11 +118,7 @@ impl<'a> SolvedRun<'a> {
         }
         // Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
         // it they were between 0.7 and 1.5 times the error (docs/explanation/errors.md).
-        let has_panes = scene
-            .contacts
-            .iter()
-            .any(|contact| contact.multipliers == MultiplierSpace::Panes);
-        let is_of_panes = has_panes && estimate.relative_contact() > 0.9 * error;
+        let is_of_panes = self.has_panes() && estimate.relative_contact() > 0.9 * error;
         let caution = match (error > 0.25, scene.adapt) {
             (false, _) => "",
             (true, _) if is_of_panes => {

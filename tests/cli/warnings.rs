@@ -440,20 +440,28 @@ fn refined_meshes_are_told_of_before_they_go_and_read_as_they_were() {
     assert!(!text.contains("is replaced"), "{text}");
 }
 
-/// A ball whose contact is a ring of four panes, or fills the face and has panes within.
+/// A ball whose contact is a ring of four panes, three panes across, or fills the face and has panes within.
 #[test]
 fn contact_as_narrow_as_panes_is_warned_of() {
-    let run = |radius: &str, down: &str| {
+    let run = |radius: &str, down: &str, cells: usize| {
         let ball =
             format!("contact.obstacle.sphere={{ centre=[5.0, 5.0, -{radius}], radius={radius} }}");
         let clamp = format!("clamp.0.value=[0.0, 0.0, -{down}]");
-        let cells = "body.brick.cells=[16, 16, 2]";
-        scene(PAD, &["--set", &ball, "--set", &clamp, "--set", cells]).1
+        let cells = format!("body.brick.cells=[{cells}, {cells}, 2]");
+        scene(PAD, &["--set", &ball, "--set", &clamp, "--set", &cells]).1
     };
     let warning = "100 % of the normal force is on panes beside open ones";
-    let text = run("30.0", "0.03");
+    let text = run("30.0", "0.03", 16);
     assert!(text.contains(warning), "{text}");
-    let text = run("100.0", "0.05");
+    let cures = [
+        "run ... --error 5% refines",
+        "multipliers = \"nodal\" sees more",
+    ];
+    assert!(cures.iter().all(|cure| text.contains(cure)), "{text}");
+    // The middle one of nine panes bears a fifth.
+    let text = run("100.0", "0.02", 18);
+    assert!(text.contains("79 % of the normal force"), "{text}");
+    let text = run("100.0", "0.05", 16);
     assert!(!text.contains("beside open ones"), "{text}");
 }
 

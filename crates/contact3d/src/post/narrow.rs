@@ -26,9 +26,9 @@ pub struct NarrowContact {
     pub width: Option<f64>,
 }
 
-/// The share of the normal force on panes beside open ones from which contact is narrow: one pane of three across a strip bears more than a
-/// third.
-const NARROW: f64 = 0.9;
+/// The share of the normal force on panes beside open ones from which contact is narrow: all of two panes across, 0.8 of the three across a
+/// ball, 0.6 of the three across a strip.
+const NARROW: f64 = 0.75;
 
 impl NarrowContact {
     /// Panes across a contact that tell how its pressure falls.

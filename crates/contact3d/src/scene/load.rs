@@ -56,16 +56,6 @@ impl Clamp {
         !is_default(&self.value)
     }
 
-    /// Where and what is held, whatever the displacement there: what the mesh and the stiffness depend on.
-    #[must_use]
-    pub fn at_zero(&self) -> Self {
-        Self {
-            name: None,
-            value: Default::default(),
-            ..self.clone()
-        }
-    }
-
     /// Whether this is the whole face of that name.
     #[must_use]
     pub(crate) fn is_face(&self, name: &str) -> bool {
