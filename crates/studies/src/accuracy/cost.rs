@@ -51,7 +51,7 @@ fn forget_peak() {
     let _ = fs::write("/proc/self/clear_refs", "5");
 }
 
-/// Bytes that Linux says of this process in a line such as `VmHWM:`, the largest resident memory since [`forget_peak`]; see proc(5).
+/// Bytes that Linux says of this process in a line such as `VmHWM:`, the largest resident memory since it was forgotten; see proc(5).
 #[must_use]
 pub fn process_bytes(line: &str) -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
