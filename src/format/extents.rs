@@ -11,47 +11,30 @@ use super::{
     stored::Stored,
 };
 
-/// The global axes.
-pub(super) const XYZ: Extent = Extent::Labelled(&Axis {
-    name: "axis",
-    labels: &["x", "y", "z"],
-});
+/// Axes whose places have names.
+macro_rules! labelled {
+    ($($(#[$doc:meta])* $axis:ident, $name:literal: $labels:expr;)+) => {$(
+        $(#[$doc])*
+        pub(super) const $axis: Extent = Extent::Labelled(&Axis { name: $name, labels: &$labels });
+    )+};
+}
 
-/// The axes of friction.
-pub(super) const FRICTION_AXES: Extent = Extent::Labelled(&Axis {
-    name: "friction_axis",
-    labels: &["t1", "t2"],
-});
-
-/// The normal and the axes of friction.
-pub(super) const CONTACT_AXES: Extent = Extent::Labelled(&Axis {
-    name: "contact_axis",
-    labels: &["nu", "t1", "t2"],
-});
-
-/// The components of a stress.
-pub(super) const STRESS_COMPONENTS: Extent = Extent::Labelled(&Axis {
-    name: "stress_component",
-    labels: &["xx", "yy", "zz", "yz", "xz", "xy"],
-});
-
-/// What panes do.
-pub(super) const ZONES: Extent = Extent::Labelled(&Axis {
-    name: "zone",
-    labels: &["open", "stick", "slip"],
-});
-
-/// The figures of a certificate.
-pub(super) const CERTIFICATE_FIGURES: Extent = Extent::Labelled(&Axis {
-    name: "figure",
-    labels: &super::CERTIFICATE,
-});
-
-/// Where forces come from.
-pub(super) const FORCE_SOURCES: Extent = Extent::Labelled(&Axis {
-    name: "source",
-    labels: &["contact", "applied", "clamp"],
-});
+labelled! {
+    /// The global axes.
+    XYZ, "axis": ["x", "y", "z"];
+    /// The axes of friction.
+    FRICTION_AXES, "friction_axis": ["t1", "t2"];
+    /// The normal and the axes of friction.
+    CONTACT_AXES, "contact_axis": ["nu", "t1", "t2"];
+    /// The components of a stress.
+    STRESS_COMPONENTS, "stress_component": ["xx", "yy", "zz", "yz", "xz", "xy"];
+    /// What panes do.
+    ZONES, "zone": ["open", "stick", "slip"];
+    /// The figures of a certificate.
+    CERTIFICATE_FIGURES, "figure": super::CERTIFICATE;
+    /// Where forces come from.
+    FORCE_SOURCES, "source": ["contact", "applied", "clamp"];
+}
 
 const NODES: (&str, &str) = ("n_nodes", "nodes of the mesh");
 const KEYS: (&str, &str) = ("n_keys", "keys of all axes of a sweep");

@@ -8,9 +8,12 @@ use std::{
     fmt,
     io::{self, BufReader, BufWriter, Read, Write},
     process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio},
-    sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        mpsc::{self, RecvTimeoutError},
+    },
     thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use thiserror::Error;
@@ -22,6 +25,12 @@ const GREETING: &[u8; 8] = b"C3DENG01";
 
 /// Right-hand sides that are sent together.
 const SENT_COLUMNS: usize = 64;
+
+/// What an engine may take to start on many machines, and beside the operations of any answer.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Operations in a second that no machine stays below which has the memory: a single core makes ten times as many without vectors.
+const SLOWEST: f64 = 1e8;
 
 /// What goes wrong between this program and an engine.
 #[derive(Debug, Clone, Error, PartialEq, Eq)]
@@ -41,6 +50,16 @@ pub enum EngineError {
     NoEngine {
         /// Its command line.
         command: String,
+    },
+    /// It does not answer.
+    #[error(
+        "the engine {name} did not answer within {limit:.0?}, and no machine takes so long for what it was asked: look at what it waits for"
+    )]
+    Late {
+        /// Its name.
+        name: String,
+        /// How long an answer may take.
+        limit: Duration,
     },
     /// It ended, or its answers did.
     #[error("the engine {name} ended in the middle of its work: {reason}")]
@@ -112,9 +131,11 @@ struct Engine {
     name: String,
     child: Child,
     /// Ends all processes of the engine once this program is gone or closes its input.
-    watcher: Option<Child>,
+    watcher: Child,
     requests: Option<BufWriter<ChildStdin>>,
     answers: BufReader<ChildStdout>,
+    /// What an answer may take beside its operations.
+    patience: Duration,
     /// What ended it.
     failure: Option<EngineError>,
 }
@@ -137,7 +158,10 @@ impl RemoteFactor {
         let rows = scaled_columns(&transposed, &scale);
         let unit = power_of_two_near_largest(&rows.data).unwrap_or(1.0);
         let lower = lower_triangle(a, &scale);
-        let asked = engine.factorise(&structure.permutation, &lower, &rows, unit);
+        let operations = structure.operations() + solves(&structure, rows.cols);
+        let asked = engine.within(operations, |engine| {
+            engine.factorise(&structure.permutation, &lower, &rows, unit)
+        });
         let (report, operator) = asked.map_err(|error| engine.fail(error))?;
         Ok(Self {
             structure,
@@ -223,7 +247,7 @@ impl RemoteFactor {
         let unit = power_of_two_near_largest(&scaled.data).unwrap_or(1.0);
         let (m, c) = (self.transposed.cols, selection.cols);
         let asked = |engine: &mut Engine| engine.compliance(&scaled, unit, m * c);
-        let answer = self.ask(asked, m * c);
+        let answer = self.ask(m + c, asked, m * c);
         let unit = unit * self.unit;
         answer.into_iter().map(|g| f64::from(g) * unit).collect()
     }
@@ -238,7 +262,8 @@ impl RemoteFactor {
             sent.extend(scaled.iter().map(|b| (b / unit) as f32));
             units.push(unit);
         }
-        let answer = self.ask(|engine| engine.solve(&sent, n), sent.len());
+        let asked = |engine: &mut Engine| engine.solve(&sent, n);
+        let answer = self.ask(block.len(), asked, sent.len());
         for ((rhs, answer), unit) in block.iter_mut().zip(answer.chunks_exact(n)).zip(units) {
             for ((x, y), d) in rhs.iter_mut().zip(answer).zip(&self.scale) {
                 *x = f64::from(*y) * d * unit;
@@ -246,15 +271,16 @@ impl RemoteFactor {
         }
     }
 
-    /// An answer of so many numbers; after a failure, none of them is one.
+    /// An answer of so many numbers that takes some solves; after a failure, none of them is one.
     fn ask(
         &self,
+        columns: usize,
         request: impl FnOnce(&mut Engine) -> Result<Vec<f32>, Asked>,
         length: usize,
     ) -> Vec<f32> {
         let mut engine = self.engine();
         if engine.failure.is_none() {
-            match request(&mut engine) {
+            match engine.within(solves(&self.structure, columns), request) {
                 Ok(answer) => return answer,
                 Err(error) => {
                     engine.fail(error);
@@ -289,6 +315,7 @@ impl fmt::Debug for RemoteFactor {
 #[derive(Debug)]
 enum Asked {
     Io(io::Error),
+    Late(Duration),
     Indefinite,
     Refused(String),
 }
@@ -302,41 +329,55 @@ impl From<io::Error> for Asked {
 impl Engine {
     fn start(command: &str) -> Result<Self, EngineError> {
         let text = command.to_owned();
+        let not_started = |reason: String| EngineError::NotStarted {
+            command: text.clone(),
+            reason,
+        };
         if text.trim().is_empty() {
-            return Err(EngineError::NotStarted {
-                command: text,
-                reason: "the command is empty".into(),
-            });
+            return Err(not_started("the command is empty".into()));
         }
-        let mut child =
-            shell(&format!("exec {text}")).map_err(|error| EngineError::NotStarted {
-                command: text.clone(),
-                reason: error.to_string(),
-            })?;
+        let started =
+            |command: &str| shell(command).map_err(|error| not_started(error.to_string()));
+        let mut child = started(&format!("exec {text}"))?;
         let group = child.id();
         let end = format!("read -r _; kill -TERM -{group}; sleep 5; kill -KILL -{group}");
-        let watcher = shell(&format!("exec 2>/dev/null; {end}")).ok();
-        let requests = child.stdin.take().map(BufWriter::new);
-        let mut answers = BufReader::new(child.stdout.take().expect("asked for a pipe"));
-        let (sender, receiver) = mpsc::channel();
-        // A program that waits for input never greets, so the wait has to end here; `mpirun` on many machines takes seconds.
-        thread::spawn(move || sender.send(greeting(&mut answers).map(|name| (name, answers))));
-        match receiver.recv_timeout(Duration::from_secs(60)) {
-            Ok(Ok((name, answers))) => Ok(Self {
-                name,
-                child,
-                watcher,
-                requests,
-                answers,
-                failure: None,
-            }),
-            Ok(Err(_)) | Err(_) => {
-                drop(watcher.map(|watcher| watcher.stdin));
-                let _ = child.kill();
-                let _ = child.wait();
-                Err(EngineError::NoEngine { command: text })
-            }
-        }
+        let mut engine = Self {
+            name: text.clone(),
+            watcher: started(&format!("exec 2>/dev/null; {end}"))?,
+            requests: child.stdin.take().map(BufWriter::new),
+            answers: BufReader::new(child.stdout.take().expect("asked for a pipe")),
+            patience: PATIENCE,
+            child,
+            failure: None,
+        };
+        // A program that waits for input never greets.
+        let greeted = engine.within(0.0, |engine| Ok(greeting(&mut engine.answers)?));
+        engine.name = greeted.map_err(|asked| {
+            engine.fail(asked);
+            EngineError::NoEngine { command: text }
+        })?;
+        Ok(engine)
+    }
+
+    /// Performs a request of some operations, and ends an engine that takes longer than any machine would.
+    fn within<R>(
+        &mut self,
+        operations: f64,
+        request: impl FnOnce(&mut Self) -> Result<R, Asked>,
+    ) -> Result<R, Asked> {
+        let limit = self.patience + Duration::from_secs_f64(operations / SLOWEST);
+        let end = self.watcher.stdin.take();
+        let (answered, waiting) = mpsc::channel::<()>();
+        let waiter = thread::spawn(move || {
+            let is_late = waiting.recv_timeout(limit) == Err(RecvTimeoutError::Timeout);
+            (end.filter(|_| !is_late), is_late)
+        });
+        let answer = request(self);
+        drop(answered);
+        let (end, is_late) = waiter.join().unwrap_or_default();
+        self.watcher.stdin = end;
+        let late = is_late.then_some(Err(Asked::Late(limit)));
+        late.unwrap_or(answer)
     }
 
     /// Remembers why an answer did not come.
@@ -345,6 +386,7 @@ impl Engine {
         let failure = match asked {
             Asked::Indefinite => EngineError::Indefinite { name },
             Asked::Refused(reason) => EngineError::Refused { name, reason },
+            Asked::Late(limit) => EngineError::Late { name, limit },
             Asked::Io(error) => EngineError::Ended {
                 name,
                 reason: match self.ended_within(Duration::from_secs(1)) {
@@ -359,16 +401,12 @@ impl Engine {
 
     /// How it ended, if it does so within some time.
     fn ended_within(&mut self, time: Duration) -> Option<ExitStatus> {
-        let began = Instant::now();
-        loop {
-            if let Ok(Some(status)) = self.child.try_wait() {
-                return Some(status);
-            }
-            if began.elapsed() >= time {
-                return None;
-            }
-            thread::sleep(Duration::from_millis(2));
-        }
+        let pause = Duration::from_millis(2);
+        let mut looks = (0..=time.as_millis() / pause.as_millis()).map(|_| {
+            thread::sleep(pause);
+            self.child.try_wait().ok().flatten()
+        });
+        looks.find_map(|ended| ended)
     }
 
     /// Request 1 of the protocol.
@@ -380,13 +418,8 @@ impl Engine {
         unit: f64,
     ) -> Result<(EngineReport, Vec<f32>), Asked> {
         let (n, m) = (lower.cols, transposed.cols);
-        self.send_integers(&[
-            1,
-            n as u64,
-            lower.data.len() as u64,
-            m as u64,
-            transposed.data.len() as u64,
-        ])?;
+        let counts = [1, n, lower.data.len(), m, transposed.data.len()];
+        self.send_integers(&counts.map(|count| count as u64))?;
         self.send_matrix(lower, 1.0)?;
         self.send_indices(order)?;
         self.send_matrix(transposed, unit)?;
@@ -504,6 +537,11 @@ impl Engine {
     }
 }
 
+/// Operations of some solves, forward and back.
+fn solves(structure: &FactorStructure, columns: usize) -> f64 {
+    4.0 * structure.value_count() as f64 * columns as f64
+}
+
 /// The name of an engine that greets.
 fn greeting(answers: &mut impl Read) -> io::Result<String> {
     let mut greeting = [0; 8];
@@ -536,14 +574,11 @@ impl Drop for Engine {
     /// Closes its input, at which an engine ends; one that failed or does not end within ten seconds is killed.
     fn drop(&mut self) {
         self.requests = None;
-        let is_over =
-            self.failure.is_none() && self.ended_within(Duration::from_secs(10)).is_some();
-        if let Some(watcher) = self.watcher.as_mut().filter(|_| is_over) {
-            let _ = watcher.kill();
-            let _ = watcher.wait();
-        }
-        if !is_over {
-            drop(self.watcher.take().map(|watcher| watcher.stdin));
+        if self.failure.is_none() && self.ended_within(Duration::from_secs(10)).is_some() {
+            let _ = self.watcher.kill();
+            let _ = self.watcher.wait();
+        } else {
+            self.watcher.stdin = None;
             let _ = self.child.kill();
             let _ = self.child.wait();
         }
@@ -594,5 +629,21 @@ fn symmetrise(matrix: &mut [f64], n: usize) {
             let mean = f64::midpoint(matrix[j * n + i], matrix[i * n + j]);
             (matrix[j * n + i], matrix[i * n + j]) = (mean, mean);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_engine_that_does_not_answer_is_ended() {
+        let greeting = "printf 'C3DENG01\\1\\0\\0\\0\\0\\0\\0\\0x'; exec sleep 600";
+        let mut engine = Engine::start(greeting).expect("a greeting");
+        engine.patience = Duration::from_millis(100);
+        let asked = engine.within(0.0, |engine| engine.solve(&[1.0], 1));
+        let failure = engine.fail(asked.expect_err("no answer"));
+        assert!(matches!(failure, EngineError::Late { .. }), "{failure}");
+        assert!(engine.ended_within(Duration::from_secs(60)).is_some());
     }
 }
