@@ -37,8 +37,7 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
         .as_ref()
         .map(|results| SolvedRun::new(scene, results).after_levels(levels));
     let outcome = is_fresh(Stage::Solve).then(|| format::read_outcome(reader));
-    let outcome = outcome.transpose()?;
-    let outcome = outcome.map(|outcome| report::outcome(&outcome, scene));
+    let outcome = outcome.transpose()?.map(|it| report::outcome(&it, scene));
     let features = report::features(scene, &format::read_sizes(reader, &is_fresh)?);
     let stages = report::stages(reader, scene, &run.states)?;
     let advice = format::read_advice(reader)?;

@@ -386,21 +386,17 @@ impl<'a> SolvedRun<'a> {
         let largest = self.report.largest_von_mises;
         let [stress, length] =
             [Dimension::STRESS, Dimension::LENGTH].map(|it| self.scene.units.of(it));
-        let edge = largest
-            .concentration
-            .map(|concentration| match concentration {
-                StressConcentration::Notch => "a re-entrant edge",
-                StressConcentration::Clamp => "the rim of a clamp",
-                StressConcentration::Springs => "the rim of stiff springs",
-                StressConcentration::Shear => "the end of a load along the face",
-                StressConcentration::Materials => "an interface at the surface",
-                StressConcentration::Contact => "an edge of the contact face",
-            });
+        let edge = largest.concentration.map(|it| match it {
+            StressConcentration::Notch => "a re-entrant edge",
+            StressConcentration::Clamp => "the rim of a clamp",
+            StressConcentration::Springs => "the rim of stiff springs",
+            StressConcentration::Shear => "the end of a load along the face",
+            StressConcentration::Materials => "an interface at the surface",
+            StressConcentration::Contact => "an edge of the contact face",
+        });
         let mut place = format!(" at {}", length.told(&largest.at));
-        if edge.is_none()
-            && largest.error.is_infinite()
-            && self.report.discretisation_error.is_unreliable()
-        {
+        let is_unreliable = self.report.discretisation_error.is_unreliable();
+        if edge.is_none() && largest.error.is_infinite() && is_unreliable {
             place += ", not resolved: refine the mesh";
         }
         let shown = || with_bar(&stress, [largest.value, largest.error], &place, edge);
@@ -446,20 +442,18 @@ impl<'a> SolvedRun<'a> {
         let (mesh, solution) = (self.mesh, self.solution);
         let faces = self.faces();
         let rigid = solution.rigid.as_ref();
-        let moves = rigid.is_some();
         let mut figures = Figures::new(self.scene.units);
         figures.json_only("title", &self.scene.title);
         figures.json_only("forces", self.forces().json());
         figures.json_only("faces", (!faces.rows.is_empty()).then(|| faces.json()));
         let (places, volumes) = (&mesh.coordinates, mesh.corner_volumes());
         let motion = |rows| rigid_json(&BodyMotion::fitted(places, &volumes, rows));
-        let moves = moves && mesh.bodies.is_empty();
+        let moves = rigid.is_some() && mesh.bodies.is_empty();
         figures.json_only("motion", moves.then(|| motion(&self.report.displacement)));
         let mechanism = rigid.and_then(|rigid| rigid.mechanism.as_deref());
         let of_body = mechanism.map(|rows| &rows[..mesh.coordinates.len()]);
         figures.json_only("mechanism", of_body.map(motion));
-        let tools = tools_json(self.scene, &self.report.tools);
-        figures.json_only("tools", tools);
+        figures.json_only("tools", tools_json(self.scene, &self.report.tools));
         let motions = || null_space_motions(mesh, solution);
         let null_space = || motions().iter().map(rigid_json).collect::<Value>();
         figures.json_only("null_space_motions", moves.then(null_space));

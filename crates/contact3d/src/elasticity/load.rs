@@ -2,7 +2,7 @@
 
 use std::ops::{AddAssign, Mul};
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::Element;
 use crate::{
@@ -150,6 +150,24 @@ impl<'a> SurfaceLoad<'a> {
             let fine = self.forces_on(mesh, side.facet, &side.quarters());
             let coarse = self.forces_on(mesh, side.facet, side.triangles());
             (side.facet, MissedForce::between(fine, coarse))
+        })
+    }
+
+    /// ∫ |p − Πp|² dA in Pa² m² over whole sides, with what Π the shape functions can be of the load p there; none of a load that is uniform.
+    pub(crate) fn unresolved(&self, mesh: &Mesh) -> impl Iterator<Item = (usize, f64)> {
+        let varying = self.sides.iter().filter(|_| !self.is_uniform());
+        varying.filter(|side| side.cut.is_none()).map(|side| {
+            let (nodes, points) = mesh.points_on(side.facet, &side.quarters());
+            let weight = |i: usize| points[i].area.norm().sqrt();
+            let shape = |i: usize, node: usize| weight(i) * points[i].shape[node];
+            let load = |i: usize, component: usize| {
+                let normal = points[i].area.normalize().into();
+                weight(i) * self.at(points[i].at, normal)[component]
+            };
+            let shapes = DMatrix::from_fn(points.len(), nodes.len(), shape).qr().q();
+            let loads = DMatrix::from_fn(points.len(), 3, load);
+            let missed = &loads - &shapes * shapes.tr_mul(&loads);
+            (side.facet, missed.norm_squared())
         })
     }
 

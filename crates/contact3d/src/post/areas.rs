@@ -61,24 +61,21 @@ pub(super) fn areas(
         return Vec::new();
     };
     let margins = Margins::new(solved, contact, known, stiffness);
-    let (of_contact, of_stick) = (
-        PRESSURE_ERROR * margins.sizes[0] * energy.relative(),
-        BOUND_ERROR * margins.sizes[1] * energy.relative(),
-    );
-    let sharper = (energy.relative() / LINE_SHIFT).sqrt().min(1.0);
+    let error = energy.relative();
+    let sharper = (error / LINE_SHIFT).sqrt().min(1.0);
     let of_contact = ErrorOfMargin {
         functional: Functional::ContactArea,
         margin: 0,
         of_line: sharper,
         of_gap: 1.0,
-        of_pressure: sharper * of_contact,
+        of_pressure: sharper * PRESSURE_ERROR * margins.sizes[0] * error,
     };
     let of_stick = ErrorOfMargin {
         functional: Functional::StickArea,
         margin: 1,
         of_line: 1.0,
         of_gap: ratio(margins.sizes[1], margins.sizes[0]),
-        of_pressure: of_stick,
+        of_pressure: BOUND_ERROR * margins.sizes[1] * error,
     };
     let has_friction = contact.state.interface.has_friction();
     let errors = [of_contact]
@@ -281,11 +278,11 @@ impl<'a> Margins<'a> {
         wanted: Option<Functional>,
     ) -> FunctionalEstimate {
         let (mesh, surface) = (self.solved.mesh, self.contact.state.surface);
-        let is_pressed = surface.faces.iter().map(|face| {
-            let mut panes = self.known.panes[face.panes.clone()].iter();
+        let is_pressed = |face: usize| {
+            let mut panes = self.known.panes[surface.faces[face].panes.clone()].iter();
             panes.any(|pane| pane.normal_stress < 0.0)
-        });
-        let is_pressed: Vec<bool> = is_pressed.collect();
+        };
+        let is_pressed: Vec<bool> = (0..surface.faces.len()).map(is_pressed).collect();
         let mut indicator = vec![0.0; mesh.tetrahedra.len()];
         let (mut sums, mut by_pressure) = ([0.0; 3], 0.0);
         for (place, tetrahedron) in mesh.behind_contact().into_iter().enumerate() {

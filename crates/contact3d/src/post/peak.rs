@@ -47,8 +47,7 @@ pub(super) fn largest_pressure(
         PeakShape::Growing => f64::INFINITY,
     };
     // Without a formula a face presses unevenly inside panes by what interpolation makes of it, less than this unless it is tilted.
-    let features = solved.scene.contact_features();
-    let mut features = features.iter();
+    let mut features = solved.scene.contact_features().into_iter();
     let is_flat = features.all(|face| face.obstacle.is_none() && face.gap.is_none());
     let bar = match inside > 2.0 * largest || !is_flat {
         true => bar.max(inside - largest),
@@ -172,16 +171,10 @@ fn pane_behind(
 /// Opposite corners in m of the smallest box around the nodes of a pane.
 fn box_of(solved: &Solved<'_>, contact: &SolvedContact<'_>, pane: usize) -> [[f64; 3]; 2] {
     let surface = contact.state.surface;
-    let at_nodes = surface
-        .pane_weights(pane)
-        .map(|(node, _)| solved.mesh.coordinates[surface.nodes[node]]);
-    at_nodes.fold(
-        [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]],
-        |[low, high], at| {
-            [
-                [0, 1, 2].map(|c| low[c].min(at[c])),
-                [0, 1, 2].map(|c| high[c].max(at[c])),
-            ]
-        },
-    )
+    let end = |c: usize, further: fn(f64, f64) -> f64| {
+        let nodes = surface.pane_weights(pane);
+        let along = nodes.map(|(node, _)| solved.mesh.coordinates[surface.nodes[node]][c]);
+        along.reduce(further).unwrap_or(f64::NAN)
+    };
+    [f64::min, f64::max].map(|further| [0, 1, 2].map(|c| end(c, further)))
 }

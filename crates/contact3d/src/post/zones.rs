@@ -3,6 +3,7 @@
 use super::{Solved, SolvedContact};
 use crate::{
     contact::{CoulombLaw, Ellipse, FrictionField},
+    linalg::add_scaled,
     solver::Zone,
 };
 
@@ -71,10 +72,7 @@ pub(super) fn pane_states(
     let frame = &contact.state.interface.frame;
     let dofs = &solved.system.dofs;
     let held = contact.coupling.held_integrals(surface, frame, dofs);
-    integral
-        .iter_mut()
-        .zip(held)
-        .for_each(|(u, held)| *u += held);
+    add_scaled(&mut integral, 1.0, &held);
     let laws = contact.state.laws();
     let set = laws.feasible_set(solution.friction.as_ref().map(|it| &it.coulomb));
     let gap = contact.state.interface.gap.as_deref();

@@ -178,17 +178,14 @@ impl<'a> PointConditions<'a> {
             share: 1.0,
             varying: varying_friction(solved.scene),
         };
-        conditions.stiffened().settled()
+        let mut conditions = conditions.stiffened();
+        conditions.laws = conditions.with_shifts(conditions.laws.clone());
+        conditions
     }
 
     /// With panes that have moved until the pressures of their points have the mean λ_ν: the condition of a pane holds on average for
     /// distances interpolated between nodes, but a face rests on what formulas have between them, and where it turns inside a pane on an
     /// edge of it. The force on a pane is known far better than where in the pane it acts.
-    fn settled(mut self) -> Self {
-        self.laws = self.with_shifts(self.laws.clone());
-        self
-    }
-
     fn with_shifts(&self, mut laws: Vec<Law>) -> Vec<Law> {
         let mut points = vec![Vec::new(); laws.len()];
         for place in 0..self.points.len() {
@@ -386,14 +383,11 @@ impl<'a> PointConditions<'a> {
             let density = |j: usize| adjoint.by_multiplier[j] / surface.pane_area[pane];
             let pair = layout.tangential(pane);
             let [first, second] = pair.map_or([0.0; 2], |pair| pair.map(density));
-            let own = if adjoint.loads.of_scene {
-                law.stress[0]
-            } else {
-                0.0
-            };
+            let own = adjoint.loads.of_scene.then_some(law.stress[0]);
+            let of_adjoint = adjoint.loads.multiplier[pane] - own.unwrap_or(0.0);
             Law {
                 wanted: [density(pane), first, second],
-                by_shift: (adjoint.loads.multiplier[pane] - own) * law.shift,
+                by_shift: of_adjoint * law.shift,
                 ..*law
             }
         };

@@ -113,14 +113,13 @@ impl<'a> ContactPoints<'a> {
         let surface = self.contact.state.surface;
         let facing = Facing::new(self.mesh);
         let of_facet = |place: usize| {
-            let pane = surface.pane_of_facet(place);
-            if pane.is_none_or(|pane| !surface.touches_body(pane)) {
-                return TriangleDepth::new(self, place).points();
-            }
-            let facet = surface.facets[place];
-            let corners = self.mesh.corners(&self.mesh.facets[facet]);
             let mut points = TriangleDepth::new(self, place).points();
-            points.retain(|it| facing.is_covered(place, quadrature::point(&corners, &it.share)));
+            let pane = surface.pane_of_facet(place);
+            if pane.is_some_and(|pane| surface.touches_body(pane)) {
+                let corners = self.mesh.facets[surface.facets[place]];
+                let at = |share: &[f64; 3]| quadrature::point(&self.mesh.corners(&corners), share);
+                points.retain(|it| facing.is_covered(place, at(&it.share)));
+            }
             points
         };
         let places = 0..surface.facets.len();

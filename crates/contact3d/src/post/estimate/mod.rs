@@ -22,6 +22,8 @@ mod facing;
 mod hierarchical;
 mod joint;
 
+use std::f64::consts::PI;
+
 use nalgebra::{Vector3, Vector6};
 use rayon::prelude::*;
 
@@ -162,10 +164,11 @@ pub(super) struct FunctionalError {
     pub(super) of_tetrahedra: Vec<f64>,
     /// The part of the contact conditions in the sum.
     pub(super) of_contact: f64,
-    /// That of formulas of loads inside triangles.
+    /// That of loads inside triangles.
     pub(super) of_loads: f64,
-    /// What cancels in that part where data differ inside panes, and among linear tetrahedra.
-    pub(super) cancelled: f64,
+    /// What cancels in the part of contact where data differ inside panes and among linear tetrahedra, and what local errors are off by, as if
+    /// those of tetrahedra were independent: the root of the sum of the squares of their parts.
+    pub(super) uncertain: f64,
 }
 
 impl ErrorEstimate {
@@ -206,11 +209,14 @@ impl ErrorEstimate {
             None => it,
         });
         let mut squares: Vec<f64> = products.iter().map(|of| of[0]).collect();
-        let missed = missed_works(solved, known, adjoints);
+        let (missed, unresolved) = missed_works(solved, known, adjoints);
         // e with a(e, v) = δl·v is no smaller than |a(e, u)|/‖u‖; what loads miss in one place is not made good in another.
         let whole: f64 = missed.iter().map(|(_, works)| works[0].abs()).sum();
         for (tetrahedron, works) in &missed {
             squares[*tetrahedron] += whole * works[0].abs() / (2.0 * known.strain_energy);
+        }
+        for (tetrahedron, energy) in &unresolved {
+            squares[*tetrahedron] += energy;
         }
         let elements: f64 = squares.iter().sum();
         let of_elements = squares.clone();
@@ -219,13 +225,16 @@ impl ErrorEstimate {
             .map(|it| ContactError::new(it, &behind, &mut squares));
         let shares = adjoints.iter().enumerate().map(|(k, adjoint)| {
             let mut of_tetrahedra: Vec<f64> = products.iter().map(|of| of[k + 1]).collect();
-            let (mut quadratic, mut of_sides, mut sizes) = (0.0, 0.0, 0.0);
-            let mut of_loads = 0.0;
+            let [mut quadratic, mut of_sides, mut of_loads, mut sizes] = [0.0; 4];
             if adjoint.is_of_energy() {
                 let squares = of_elements.iter().zip(&squares);
                 for (share, (elements, whole)) in of_tetrahedra.iter_mut().zip(squares) {
                     *share += 0.5 * (whole - 2.0 * elements);
                     quadratic += 0.5 * (whole - elements);
+                }
+                for (tetrahedron, energy) in &unresolved {
+                    of_tetrahedra[*tetrahedron] += energy;
+                    of_loads += 0.5 * energy;
                 }
             }
             for (tetrahedron, works) in &missed {
@@ -246,23 +255,22 @@ impl ErrorEstimate {
                     sizes += share.abs();
                 }
             }
-            let has_formulas = conditions
-                .as_ref()
-                .is_some_and(PointConditions::has_formulas);
-            let mut cancelled = 0.0;
-            if has_formulas {
-                cancelled += sizes - f64::abs(of_sides);
+            let parts = || products.iter().map(|of| of[k + 1]);
+            // Local errors of each tetrahedron are off by about themselves.
+            let mut uncertain = parts().map(|part| part * part).sum::<f64>().sqrt();
+            let contact = conditions.as_ref();
+            if contact.is_some_and(PointConditions::has_formulas) {
+                uncertain += sizes - f64::abs(of_sides);
             }
             if mesh.mid_edges.is_none() {
                 // Stresses of linear tetrahedra that bend are wrong everywhere alike, recovered ones too.
-                let parts = products.iter().map(|of| of[k + 1]);
-                cancelled += parts.clone().map(f64::abs).sum::<f64>() - parts.sum::<f64>().abs();
+                uncertain += parts().map(f64::abs).sum::<f64>() - parts().sum::<f64>().abs();
             }
             FunctionalError {
                 of_tetrahedra,
                 of_contact: of_sides + quadratic,
                 of_loads,
-                cancelled,
+                uncertain,
             }
         });
         let shares = shares.collect();
@@ -317,11 +325,8 @@ impl ErrorEstimate {
             parts.push(("complementarity", contact.complementarity));
             parts.extend(contact.friction.map(|friction| ("friction", friction)));
         }
-        let size = self.displacement;
-        parts
-            .iter()
-            .map(|(name, part)| (*name, part / size))
-            .collect()
+        let relative = |(name, part): &(&'static str, f64)| (*name, part / self.displacement);
+        parts.iter().map(relative).collect()
     }
 
     /// The whole estimate over ‖u_h‖_A; 0 for a body at rest, or moved as a whole.
@@ -356,12 +361,18 @@ impl ErrorEstimate {
     }
 }
 
+/// Works in J of the solution and of each adjoint, by tetrahedra.
+type Works = Vec<(usize, Vec<f64>)>;
+
 /// The works in J of what the quadrature of the loads misses of their formulas, δl·u and δl·z of each adjoint, by tetrahedra.
+///
+/// And a(e, e) in J of what loads on faces do inside triangles beyond what shape functions can be: under waves p of a pressure with the number
+/// κ a half-space has ∫ 2 p²/(E* κ). Linear functions do not see waves as long as a triangle is wide, quadratic ones those of two thirds of it.
 fn missed_works(
     solved: &Solved<'_>,
     known: &SolutionData<'_>,
     adjoints: &[Field<'_>],
-) -> Vec<(usize, Vec<f64>)> {
+) -> (Works, Vec<(usize, f64)>) {
     let mesh = solved.mesh;
     let fields = || {
         let adjoints = adjoints.iter().map(|adjoint| adjoint.displacement);
@@ -375,18 +386,27 @@ fn missed_works(
         };
         fields().map(work).collect()
     };
-    let (behind, mut missed) = (mesh.behind(0..mesh.facets.len()), Vec::new());
+    let behind = mesh.behind(0..mesh.facets.len());
+    let (mut missed, mut unresolved) = (Vec::new(), Vec::new());
+    let material = MaterialField::new(solved.scene, mesh);
+    let waves = mesh.mid_edges.as_ref().map_or(1.0, |_| 1.5);
+    let energy = |(facet, square): (usize, f64)| {
+        let wave_number = 2.0 * PI * waves / (2.0 * mesh.facet_area(facet)).sqrt();
+        let stiffness = material.plane_strain_modulus(behind[facet]) * wave_number;
+        (behind[facet], 2.0 * square / stiffness)
+    };
     // What is not finite was refused before the solve.
     let loads = solved.scene.face_loads();
     for load in loads.filter_map(|load| SurfaceLoad::new(load, mesh).ok()) {
         let on_sides = load.missed_forces(mesh);
         missed.extend(on_sides.map(|(facet, forces)| (behind[facet], works(&forces))));
+        unresolved.extend(load.unresolved(mesh).map(energy));
     }
     if let Some(force) = &solved.scene.body_force {
         let inside = missed_body_forces(force, mesh);
         missed.extend(inside.map(|(tetrahedron, forces)| (tetrahedron, works(&forces))));
     }
-    missed
+    (missed, unresolved)
 }
 
 /// The local errors of the solution and of adjoints; `behind` are the tetrahedra of the contact triangles.
