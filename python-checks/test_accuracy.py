@@ -141,7 +141,7 @@ def test_quantities_their_orders_and_limits(study_path, solved):
             assert np.isnan([order[2], limit]).all()
             continue
         assert order[2] == pytest.approx(np.log2(ratio), rel=1e-6)
-        expected = v[2] + (v[2] - v[1]) / (ratio - 1) if order[2] >= 0.5 else np.nan
+        expected = v[2] + (v[2] - v[1]) / (ratio - 1) if order[2] >= 1.0 else np.nan
         assert limit == pytest.approx(expected, rel=1e-8, nan_ok=True)
 
 

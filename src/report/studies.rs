@@ -150,7 +150,7 @@ fn limit(limit: Option<f64>, unit: Unit) -> String {
     match limit {
         Some(limit) => format!("{limit:.8e} {}", unit.word()),
         None => {
-            "none claimed, differences between meshes do not fall with h^0.5 or faster".to_owned()
+            "none claimed, differences between meshes do not fall with h or faster".to_owned()
         }
     }
 }

@@ -304,9 +304,9 @@ impl Trend {
         let orders: Vec<Option<f64>> = (0..h.len()).map(order).collect();
         let last = h.len().wrapping_sub(1);
         let order = orders.last().copied().flatten();
-        // The least observed order that a limit is claimed from: that of the energy norm at an edge between a clamp and a free face. With a
-        // lower one the meshes are too coarse to tell, and the limit lies far beyond the last of them.
-        let limit = order.filter(|order| *order >= 0.5).map(|order| {
+        // The least observed order that a limit is claimed from: that of energies and quantities at a crack, twice that of the energy norm.
+        // With a lower one the meshes are too coarse to tell, and the limit lies far beyond the last of them.
+        let limit = order.filter(|order| *order >= 1.0).map(|order| {
             let pair = |list: &[f64]| [list[last - 1], list[last]];
             extrapolated(pair(h), pair(values), order)
         });
