@@ -149,9 +149,7 @@ fn known(value: f64) -> Option<f64> {
 fn limit(limit: Option<f64>, unit: Unit) -> String {
     match limit {
         Some(limit) => format!("{limit:.8e} {}", unit.word()),
-        None => {
-            "none claimed, differences between meshes do not fall with h or faster".to_owned()
-        }
+        None => "none claimed, differences between meshes do not fall with h or faster".to_owned(),
     }
 }
 

@@ -638,8 +638,8 @@ mod tests {
 
     #[test]
     fn an_engine_that_does_not_answer_is_ended() {
-        let greeting = "printf 'C3DENG01\\1\\0\\0\\0\\0\\0\\0\\0x'; exec sleep 600";
-        let mut engine = Engine::start(greeting).expect("a greeting");
+        let command = r#"sh -c "printf 'C3DENG01\1\0\0\0\0\0\0\0x'; exec sleep 600""#;
+        let mut engine = Engine::start(command).expect("a greeting");
         engine.patience = Duration::from_millis(100);
         let asked = engine.within(0.0, |engine| engine.solve(&[1.0], 1));
         let failure = engine.fail(asked.expect_err("no answer"));
