@@ -191,8 +191,8 @@ pub struct RunArguments {
     pub(super) scene: SceneArguments,
     /// The run file, created or updated
     pub file: PathBuf,
-    /// Refine the mesh until the estimated error in the energy norm is no larger, for example 1% or 0.01. A single brick then starts
-    /// from a coarse mesh of its own, not from its cells, with quadratic elements unless the scene names `body.element`
+    /// Refine the mesh until the estimated error in the energy norm is no larger, for example 1% or 0.01. A single brick on
+    /// flat ground then starts from a coarse mesh of its own, not from its cells, with quadratic elements unless the scene names `body.element`
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = super::adaptive::share)]
     pub(super) error: Option<f64>,
     /// Refine it for a quantity instead, relative to its value: normal_force, tangential_force, strain_energy,

@@ -35,7 +35,7 @@ impl SolvedRun<'_> {
             .contact
             .is_some_and(|contact| contact.penetration > 0.0)
         {
-            return Some("no pane is in contact, but between the nodes the obstacle lies inside the body: the mesh is too coarse there; refine it, or let run --error do so".into());
+            return Some("no pane is in contact, but the obstacle lies inside the body within panes: the mesh is too coarse there; run ... --error 5% refines it".into());
         }
         let gap = panes
             .iter()

@@ -9,7 +9,7 @@ use studies::{
     bound::BoundParts,
     branches::{Branches, PathEnd, PathPoint, PointKind, Switch},
 };
-use units::{Dimension, Unit, Units};
+use units::{Dimension, Units};
 
 use super::{
     Digits::{Fixed, Scientific},
@@ -110,7 +110,10 @@ pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
         figures
     });
     let caption = "Discretisation error (relative, energy norm; orders from each mesh and the two before)";
-    let limit = limit(study.potential_energy.limit, units.of(Dimension::Energy));
+    let limit = match study.potential_energy.limit {
+        Some(limit) => units.of(Dimension::Energy).told(&[limit]),
+        None => "none claimed, which takes three meshes with differences that fall with h".to_owned(),
+    };
     FigureTable::new(caption, rows).with_note(format!("limit of the potential energy: {limit}\n"))
 }
 
@@ -127,30 +130,26 @@ pub fn quantities(study: &DiscretisationStudy, units: Units) -> FigureTable {
         figures
     });
     let mut table = FigureTable::new("Quantities of the meshes (\"-\" where there is none)", rows);
-    for (of, trend) in study
-        .quantities
-        .iter()
-        .filter(|(_, trend)| trend.limit.is_some())
-    {
-        let (name, limit) = (
-            name_of_quantity(*of),
-            limit(trend.limit, units.of(dimension(*of))),
-        );
-        let _ = writeln!(table.note, "limit of {name}: {limit}");
+    let own = study.levels.get(study.scene_level);
+    let own = own.map_or(&[][..], |level| &level.quantities);
+    for ((of, trend), value) in study.quantities.iter().zip(own) {
+        if let Some(limit) = trend.limit {
+            let (name, told) = (
+                name_of_quantity(*of),
+                units.of(dimension(*of)).told(&[limit]),
+            );
+            let off = percent((value / limit - 1.0).abs());
+            let _ = writeln!(
+                table.note,
+                "limit of {name}: {told}, {off} from the scene's mesh"
+            );
+        }
     }
     table
 }
 
 fn known(value: f64) -> Option<f64> {
     Some(value).filter(|value| !value.is_nan())
-}
-
-/// What values of the meshes tend to.
-fn limit(limit: Option<f64>, unit: Unit) -> String {
-    match limit {
-        Some(limit) => format!("{limit:.8e} {}", unit.word()),
-        None => "none claimed, differences between meshes do not fall with h or faster".to_owned(),
-    }
 }
 
 /// What a solve costs, for people.
