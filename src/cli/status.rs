@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     format::{self, LAYOUT, Stage},
-    pipeline::{OpenRun, StageError, contradictions, read_results},
+    pipeline::{OpenRun, StageError, contradictions, read_levels, read_results},
     report::{self, SolvedRun, unit_words},
     views::sweep_table,
 };
@@ -32,19 +32,17 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
     let is_fresh = |stage| run.is_fresh(stage);
     let results = is_fresh(Stage::Post).then(|| read_results(reader, &run.input));
     let results = results.transpose()?;
-    let levels = format::read_adaptive_status(reader)?;
+    let levels = read_levels(reader, scene)?;
+    let ended = levels.as_ref().map(|(_, status)| *status);
     let solved = results
         .as_ref()
-        .map(|results| SolvedRun::new(scene, results).after_levels(levels));
+        .map(|results| SolvedRun::new(scene, results).after_levels(ended));
     let outcome = is_fresh(Stage::Solve).then(|| format::read_outcome(reader));
     let outcome = outcome.transpose()?.map(|it| report::outcome(&it, scene));
     let features = report::features(scene, &format::read_sizes(reader, &is_fresh)?);
     let stages = report::stages(reader, scene, &run.states)?;
     let advice = format::read_advice(reader)?;
     let kept = run.unfinished_increments()?;
-    let levels = levels
-        .map(|_| format::read_adaptation(reader))
-        .transpose()?;
     let levels = levels
         .zip(scene.adapt)
         .map(|((levels, _), adapt)| report::adaptation_table(scene, &levels, adapt.error));

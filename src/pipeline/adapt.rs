@@ -60,7 +60,7 @@ pub(super) fn stored_refinement(reader: Option<&Reader>, scene: &Scene) -> Vec<R
     let (Some(adapt), Some(reader)) = (scene.adapt, reader) else {
         return Vec::new();
     };
-    let Ok(Some((mut adaptation, _))) = read(reader, scene) else {
+    let Ok(Some((mut adaptation, _))) = read_levels(reader, scene) else {
         return Vec::new();
     };
     if let Some(level) = adaptation.level_that_meets(adapt.error) {
@@ -75,8 +75,8 @@ fn levels_input(scene: &Scene) -> String {
     blake3::hash(parts.concat().as_bytes()).to_hex().to_string()
 }
 
-/// The levels that a file holds for a scene; `None` without any, and for another scene.
-fn read(
+/// The levels that a file holds for a scene, and how they stood; `None` without any, and for another scene.
+pub fn read_levels(
     reader: &Reader,
     scene: &Scene,
 ) -> Result<Option<(Adaptation, AdaptiveStatus)>, FormatError> {
@@ -146,7 +146,7 @@ impl Session {
 
     fn stored_levels(&self) -> Result<Option<(Adaptation, AdaptiveStatus)>, StageError> {
         let reader = self.store.reader_if_there()?;
-        let levels = |reader| read(&reader, self.scene()).unwrap_or(None);
+        let levels = |reader| read_levels(&reader, self.scene()).unwrap_or(None);
         Ok(reader.and_then(levels))
     }
 

@@ -18,7 +18,7 @@ mod stages;
 mod store;
 pub mod studies;
 
-pub use adapt::AdaptStep;
+pub use adapt::{AdaptStep, read_levels};
 pub use assembly_file::AssemblyFile;
 pub use error::StageError;
 pub use freshness::{Freshness, OpenRun, StageState, contradictions};

@@ -22,7 +22,10 @@ use super::{
 };
 use crate::{
     format::{self, LAYOUT, SWEEP_LAYOUT},
-    pipeline::{OpenRun, Results, StageError, StageState, read_results, studies::accuracy_input},
+    pipeline::{
+        OpenRun, Results, StageError, StageState, read_levels, read_results,
+        studies::accuracy_input,
+    },
     report::{self, FigureTable, Figures, SolvedRun, studies as tables},
 };
 
@@ -76,7 +79,7 @@ fn file_page(path: &Path, interactive: bool) -> Result<Page, StageError> {
     let (mut sections, mut warning) = (Vec::new(), None);
     if run.states.iter().all(StageState::is_fresh) {
         let results = read_results(reader, &run.input)?;
-        let levels = format::read_adaptive_status(reader)?;
+        let levels = read_levels(reader, scene)?.map(|(_, status)| status);
         let solved = SolvedRun::new(scene, &results).after_levels(levels);
         warning = solved.stamp();
         sections = result_sections(path, &solved, &results, interactive)?;
@@ -255,11 +258,10 @@ fn accuracy_parts(reader: &Reader, scene: &Scene) -> Result<Option<Vec<PagePart>
 
 /// The levels of an adaptive mesh; `None` where the scene asks for none, or none is stored.
 fn levels_parts(reader: &Reader, scene: &Scene) -> Result<Option<Vec<PagePart>>, StageError> {
-    let stored = reader.group_record(format::ADAPT)?;
-    let (Some(adapt), Some(_)) = (scene.adapt, stored) else {
+    let levels = read_levels(reader, scene)?;
+    let (Some(adapt), Some((adaptation, _))) = (scene.adapt, levels) else {
         return Ok(None);
     };
-    let (adaptation, _) = format::read_adaptation(reader)?;
     let charts = charts::adaptation(&adaptation.levels, adapt.error);
     let table = report::adaptation_table(scene, &adaptation, adapt.error);
     let charts = charts.iter().map(PagePart::chart);

@@ -255,6 +255,15 @@ fn a_killed_run_goes_on_from_the_last_level() {
     let status = program.command(&["status", "run.h5"]).assert().success();
     let text = String::from_utf8_lossy(&status.get_output().stdout).into_owned();
     assert!(text.contains("levels for an error of 3.5 %"), "{text}");
+    // Levels of another material are none of this scene.
+    let scene = pipeline("adaptive.toml");
+    let scene = scene.to_str().expect("plain path");
+    let softer = "material.isotropic.young_modulus=1e11";
+    let mut mesh = program.command(&["mesh", scene, "run.h5", "--set", softer]);
+    mesh.assert().success();
+    let status = program.command(&["status", "run.h5"]).assert().success();
+    let text = String::from_utf8_lossy(&status.get_output().stdout).into_owned();
+    assert!(!text.contains("levels for an error"), "{text}");
 }
 
 const STEPS: &str =
