@@ -22,7 +22,7 @@ use crate::{mesh::Mesh, scene::Scene, solver::ContactSide};
 pub struct NarrowContact {
     /// The share of the normal force on panes that lie beside an open one.
     pub share: f64,
-    /// The width 2b by Hertz's theory in m; `None` where the gap does not open around contact.
+    /// The width 2b by Hertz's theory in m; `None` where the gap does not open around contact, or more panes span it.
     pub width: Option<f64>,
 }
 
@@ -66,9 +66,10 @@ impl ContactReport {
         let load = patch.iter().copied().map(force).sum::<f64>();
         let width = hertz_width((scene, mesh, side), highest, &patch, load);
         let most = NarrowContact::PANES_ACROSS * surface.pane_area[highest].sqrt();
-        // A contact that has panes inside by Hertz's theory is no narrow one, whatever its outermost panes bear.
-        let is_narrow = width.is_none_or(|width| width < most);
-        is_narrow.then_some(NarrowContact { share, width })
+        Some(NarrowContact {
+            share,
+            width: width.filter(|width| *width < most),
+        })
     }
 }
 
