@@ -110,7 +110,7 @@ def test_every_drawing_is_well_formed_and_says_its_values(report):
     assert 0 < n_open < 12
     assert len(panes) == 12 * 6 - n_open
     assert all(re.match(r"step \d+: \d", text) for text in hovers(history))
-    assert any(text.startswith("n_div 8: ") for text in hovers(convergence))
+    assert any(text.startswith("24 x 8 x 8 cells: ") for text in hovers(convergence))
     assert any("epsilon 1e-6: energy error" in text for text in hovers(work))
 
 
