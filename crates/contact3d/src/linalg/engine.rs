@@ -30,7 +30,7 @@ const SENT_COLUMNS: usize = 64;
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Operations in a second that no machine stays below which has the memory: a single core makes ten times as many without vectors.
-const SLOWEST: f64 = 1e8;
+const LEAST_RATE: f64 = 1e8;
 
 /// What goes wrong between this program and an engine.
 #[derive(Debug, Clone, Error, PartialEq, Eq)]
@@ -365,7 +365,7 @@ impl Engine {
         operations: f64,
         request: impl FnOnce(&mut Self) -> Result<R, Asked>,
     ) -> Result<R, Asked> {
-        let limit = self.patience + Duration::from_secs_f64(operations / SLOWEST);
+        let limit = self.patience + Duration::from_secs_f64(operations / LEAST_RATE);
         let end = self.watcher.stdin.take();
         let (answered, waiting) = mpsc::channel::<()>();
         let waiter = thread::spawn(move || {
