@@ -111,8 +111,11 @@ impl OpenRun {
             true => None,
             false => reader.group_record(HISTORY)?,
         };
-        let refinement = stored_refinement(Some(reader), scene);
-        match left.filter(|left| is_left_by(scene, &refinement, None, left, &self.states)) {
+        let goes_on = |left: &StoredGroup| {
+            let refinement = stored_refinement(Some(reader), scene);
+            is_left_by(scene, &refinement, None, left, &self.states)
+        };
+        match left.filter(goes_on) {
             Some(_) => Ok(format::n_increments(reader)?),
             None => Ok(0),
         }
