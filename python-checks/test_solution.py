@@ -292,6 +292,8 @@ def test_energies_and_extremes(run, problem):
     assert close(stored["tangential_force"][:], area @ problem.tangential)
     largest = np.abs(problem.displacement).max(axis=0)
     assert np.array_equal(stored["largest_displacement_along"][:], largest)
+    # Two roots in place of one: some roundings.
+    assert stored["largest_displacement"][()] == pytest.approx(np.linalg.norm(problem.displacement, axis=1).max(), rel=1e-14)
 
 
 def certificate(problem, integrals, friction) -> dict[str, float]:

@@ -41,7 +41,7 @@ pub(super) fn run(
             spinner = progress::spinner(stage.word(), output);
             spinner.set_message(format!("level {level}"));
         }
-        AdaptStep::Run(step) => progress::show(&spinner, step),
+        AdaptStep::Run(step) => progress::show(&spinner, output, step),
         AdaptStep::Done(number, level) => {
             spinner.finish_and_clear();
             say(output, &level_line(number, level));

@@ -94,9 +94,9 @@ pub enum Command {
     },
     /// Run many scenes that differ in a few keys, in parallel, with shared work
     Sweep(SweepArguments),
-    /// Show which stages are fresh, stale or missing, their sizes, and the main results
+    /// Show which stages are fresh, stale or missing, their sizes, and the main results; of a sweep how its cases ended
     Status {
-        /// The run file
+        /// The run file, or the folder of a sweep
         file: PathBuf,
     },
     /// Check every value of a run file against its digest, and every dataset against the table
@@ -241,12 +241,10 @@ pub struct AssemblyFileArguments {
 
 impl AssemblyFileArguments {
     pub(super) fn choice(&self) -> AssemblyFile {
-        if self.self_contained {
-            AssemblyFile::SelfContained
-        } else if self.linked {
-            AssemblyFile::Linked
-        } else {
-            AssemblyFile::BySize
+        match [self.self_contained, self.linked] {
+            [true, _] => AssemblyFile::SelfContained,
+            [false, true] => AssemblyFile::Linked,
+            [false, false] => AssemblyFile::BySize,
         }
     }
 }

@@ -5,7 +5,6 @@ use std::{
     process::{ExitCode, Termination},
 };
 
-use clap::error::ContextKind;
 use contact3d::scene::escape_control_lines;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 
@@ -29,10 +28,9 @@ pub enum Exit {
 impl Exit {
     /// [`Self::Done`], or [`Self::NotConverged`] where something did not converge.
     pub(super) fn of(is_converged: bool) -> Self {
-        if is_converged {
-            Self::Done
-        } else {
-            Self::NotConverged
+        match is_converged {
+            true => Self::Done,
+            false => Self::NotConverged,
         }
     }
 }
@@ -79,17 +77,6 @@ fn draw(error: &dyn Diagnostic) {
 
 /// Prints what the parser of the command line has to say, help and version included, and chooses the exit code.
 pub(super) fn explain_usage(error: clap::Error) -> Exit {
-    let unknown = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg];
-    let unknown: Vec<String> = unknown
-        .into_iter()
-        .filter_map(|kind| error.get(kind).map(ToString::to_string))
-        .collect();
-    if let Some((_, words)) = GONE
-        .iter()
-        .find(|(gone, _)| unknown.iter().any(|it| it == gone))
-    {
-        return refuse(words);
-    }
     let printed = error.print();
     if !error.use_stderr() {
         if let Err(failure) = printed {
@@ -104,43 +91,6 @@ pub(super) fn explain_usage(error: clap::Error) -> Exit {
     );
     Exit::BadInput
 }
-
-/// Commands and options that are gone, and where their tasks are now.
-const GONE: [(&str, &str); 15] = [
-    ("--epsilon", KEYS_OF_SOLVE),
-    ("--method", KEYS_OF_SOLVE),
-    ("--inner", KEYS_OF_SOLVE),
-    ("--gamma", KEYS_OF_SOLVE),
-    ("--r-tol", KEYS_OF_SOLVE),
-    ("--c-fact", KEYS_OF_SOLVE),
-    ("--max-outer-steps", KEYS_OF_SOLVE),
-    ("--factor", KEYS_OF_ASSEMBLE),
-    ("--precision", KEYS_OF_ASSEMBLE),
-    ("--dual-operator", KEYS_OF_ASSEMBLE),
-    (
-        "--of",
-        "`--of` is gone: `--quantity QUANTITY` names the quantity that the mesh is refined for",
-    ),
-    (
-        "--sequences",
-        "`accuracy --sequences` is gone: `run SCENE FILE --error 1%` refines the mesh and prints what each level costs",
-    ),
-    (
-        "law",
-        "`law` is gone: `friction-law SCENE` bounds and draws the law of a scene",
-    ),
-    (
-        "solve-fclib",
-        "`solve-fclib` is gone: Siconos solves problems of FCLIB, and `export FILE OUT --kind fclib` writes them for it",
-    ),
-    (
-        "theory",
-        "`theory` is a part of the Python package: python -m contact3d.theory SCENE",
-    ),
-];
-
-const KEYS_OF_SOLVE: &str = "flags for keys of `[solve]` are gone: write `--set solve.KEY=VALUE`, such as `--set solve.epsilon=1e-8`";
-const KEYS_OF_ASSEMBLE: &str = "flags for keys of `[assemble]` are gone: write `--set assemble.KEY=VALUE`, such as `--set 'assemble.factor=\"single\"'`";
 
 /// Says why nothing can be done at all, before the arguments are known.
 pub(super) fn refuse(message: &str) -> Exit {

@@ -30,12 +30,9 @@ pub(super) fn read_for_error(
     let mut changes: Vec<String> = sets.collect();
     if let Some(error) = error {
         if error > 1.0 {
-            return Err(StageError::Setting(InvalidValue {
-                key: "--error".into(),
-                expected: "a number from 0.00000001 to 1, or percent".into(),
-                found: error.to_string(),
-                help: format!("for {error} percent write --error {error}%"),
-            }));
+            let expected = "a number from 0.00000001 to 1, or percent";
+            let help = format!("for {error} percent write --error {error}%");
+            return Err(refused("--error", expected, &error.to_string(), help));
         }
         let keys = overrides.iter().filter_map(|change| change.split_once('='));
         let mut keys = keys.map(|(key, _)| key.trim());
@@ -51,10 +48,9 @@ pub(super) fn read_for_error(
         if error.is_none() && file.scene.adapt.is_none() {
             return Err(asks_for_no_error("--quantity", "3%"));
         }
-        let value = if quantity.trim_start().starts_with('{') {
-            quantity.to_owned()
-        } else {
-            toml::Value::String(quantity.to_owned()).to_string()
+        let value = match quantity.trim_start().starts_with('{') {
+            true => quantity.to_owned(),
+            false => toml::Value::String(quantity.to_owned()).to_string(),
         };
         overrides.push(format!("adapt.of={value}"));
         changes.push(format!("--quantity {quantity}"));
@@ -94,12 +90,9 @@ fn changed(scene: SceneFile, overrides: &[String], words: &str) -> Result<SceneF
 
 /// Refuses an option that means nothing without an error to refine for.
 pub(super) fn asks_for_no_error(option: &str, error: &str) -> StageError {
-    StageError::Setting(InvalidValue {
-        key: option.into(),
-        expected: "a scene that asks for an error".into(),
-        found: "neither --error nor [adapt]".into(),
-        help: format!("add --error {error}, for example"),
-    })
+    let expected = "a scene that asks for an error";
+    let help = format!("add --error {error}, for example");
+    refused(option, expected, "neither --error nor [adapt]", help)
 }
 
 /// Puts a value at a dotted key path; tables that are not there are made.
@@ -147,8 +140,12 @@ fn in_quotes(key: &str, text: &str) -> String {
 }
 
 fn setting(expected: &str, found: &str, help: String) -> StageError {
+    refused("--set", expected, found, help)
+}
+
+fn refused(option: &str, expected: &str, found: &str, help: String) -> StageError {
     StageError::Setting(InvalidValue {
-        key: "--set".into(),
+        key: option.into(),
         expected: expected.into(),
         found: found.into(),
         help,

@@ -20,7 +20,7 @@ use runfile::{Group, last_commit};
 use studies::StudyStep;
 
 use super::{arguments::Output, terminal};
-use crate::pipeline::StageTiming;
+use crate::{pipeline::StageTiming, report::shown_time};
 
 /// Starts a spinner with the elapsed time on a terminal; elsewhere, and when quiet, nothing.
 pub(super) fn spinner(name: &'static str, output: &Output) -> ProgressBar {
@@ -42,9 +42,16 @@ pub(super) fn spinner(name: &'static str, output: &Output) -> ProgressBar {
     bar
 }
 
-/// Lets a spinner say what a stage is at.
-pub(super) fn show(spinner: &ProgressBar, step: RunStep<'_>) {
+/// Lets a spinner say what a stage is at, and says where a load history goes on.
+pub(super) fn show(spinner: &ProgressBar, output: &Output, step: RunStep<'_>) {
     match step {
+        RunStep::Resuming(last, [done, of]) => spinner.suspend(|| {
+            let (step, time) = (last.step + 1, shown_time(last.time));
+            let line = format!(
+                "solve     goes on after increment {done} of {of} (step {step}, time {time} s)"
+            );
+            terminal::say(output, &line);
+        }),
         RunStep::Assembling(step) => spinner.set_message(step),
         RunStep::Counting(step, work) => count(spinner, step, work),
         RunStep::Solving(None, progress) => spinner.set_message(words(progress)),

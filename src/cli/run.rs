@@ -189,7 +189,7 @@ fn perform(
     output: &Output,
 ) -> Result<StageTiming, StageError> {
     let spinner = progress::spinner(stage.word(), output);
-    let mut observe = |step: RunStep<'_>| progress::show(&spinner, step);
+    let mut observe = |step: RunStep<'_>| progress::show(&spinner, output, step);
     let performed = session.perform(stage, commit, &mut observe);
     spinner.finish_and_clear();
     let performed = performed?;
@@ -264,8 +264,10 @@ fn finish(
             )
         } else {
             let mut lines = run.summary();
-            let drawn = drawn.map_or_else(String::new, |drawn| format!(", {drawn}"));
-            lines.human_only("files", Some(format!("{}{drawn}", file.display())));
+            let mut files = vec![file.display().to_string()];
+            files.extend(session.linked_files());
+            files.extend(drawn);
+            lines.human_only("files", Some(files.join(", ")));
             let next = || report::next_command(file, performed.last().map(|it| it.stage));
             lines.human_only("next", solution.status.is_solved().then(next));
             lines.text(2, 20) + &run.history_text(false)

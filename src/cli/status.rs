@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use runfile::Reader;
+use runfile::{Reader, RunFile};
 
 use super::{
     arguments::Output,
@@ -11,29 +11,24 @@ use super::{
 };
 use crate::{
     format::{self, LAYOUT, Stage},
-    pipeline::{OpenRun, StageError, contradictions, read_levels, read_results},
+    pipeline::{OpenRun, StageError, contradictions, read_results},
     report::{self, SolvedRun, unit_words},
-    views::sweep_table,
+    sweep,
+    views::{read_sweep, sweep_table},
 };
 
-/// `status`: stages, sizes and main results; reads only and takes no lock. Sizes and results are those of fresh stages.
+/// `status`: stages, sizes and main results, of a sweep how its cases ended; reads only and takes no lock. Sizes and results are those
+/// of fresh stages.
 pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
     if sweep_table(file).exists() {
-        let folder = file.display();
-        return Err(StageError::Unfit {
-            file: file.to_owned(),
-            reason: format!(
-                "this is the folder of a sweep: `report {folder}` shows its cases, and the same `sweep` command goes on with it"
-            ),
-        });
+        return sweep_status(file, output);
     }
     let run = OpenRun::open(file)?;
     let (reader, scene) = (&run.reader, &run.input.scene);
     let is_fresh = |stage| run.is_fresh(stage);
     let results = is_fresh(Stage::Post).then(|| read_results(reader, &run.input));
     let results = results.transpose()?;
-    let levels = read_levels(reader, scene)?;
-    let ended = levels.as_ref().map(|(_, status)| *status);
+    let ended = run.levels.as_ref().map(|(_, status)| *status);
     let solved = results
         .as_ref()
         .map(|results| SolvedRun::new(scene, results).after_levels(ended));
@@ -43,9 +38,10 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
     let stages = report::stages(reader, scene, &run.states)?;
     let advice = format::read_advice(reader)?;
     let kept = run.unfinished_increments()?;
-    let levels = levels
-        .zip(scene.adapt)
-        .map(|((levels, _), adapt)| report::adaptation_table(scene, &levels, adapt.error));
+    let is_busy = RunFile::is_busy(file);
+    let levels = run.levels.as_ref().zip(scene.adapt);
+    let levels =
+        levels.map(|((levels, _), adapt)| report::adaptation_table(scene, levels, adapt.error));
     if output.json {
         terminal::json(&serde_json::json!({
             "title": scene.title,
@@ -55,7 +51,8 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
             "summary": solved.as_ref().map(|solved| solved.summary_with_warnings().words_json()),
             "results": solved.as_ref().map(|solved| solved.figures().json()),
             "advice": advice,
-            "kept_increments": kept,
+            "kept_increments": kept.len(),
+            "is_busy": is_busy,
             "levels": levels.map(|levels| levels.json()),
             "units": unit_words(scene.units),
         }));
@@ -66,16 +63,43 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
             .or(outcome);
         text += &summary.map_or_else(String::new, |summary| summary.text(2, 20));
         text += &stages.text();
-        if kept > 0 {
-            let all = scene.increments().len();
-            text += &format!("{kept} of {all} increments are kept: `run` goes on with them\n");
+        if let Some(last) = kept.last() {
+            let (kept, all) = (kept.len(), scene.increments().len());
+            let last = report::increment_in_words(scene, *last);
+            text += &format!("{kept} of {all} increments are kept, the last {last}\n");
         }
+        text += match (is_busy, kept.is_empty()) {
+            (true, _) => "a command is at work on this file\n",
+            (false, false) => "no command is at work on this file: `run` goes on with them\n",
+            (false, true) => "",
+        };
         text += &levels.map_or_else(String::new, |levels| levels.text());
         text += &format!("model features\n{}", features.text(2, 28));
         if let Some(advice) = &advice {
             text += &format!("  accuracy  {advice}\n");
         }
         terminal::result(&text);
+    }
+    Ok(Exit::Done)
+}
+
+/// How the cases of a sweep ended, and whether it is at work.
+fn sweep_status(folder: &Path, output: &Output) -> Result<Exit, StageError> {
+    let (table, is_busy) = (read_sweep(folder)?, sweep::is_busy(folder));
+    if output.json {
+        terminal::json(&serde_json::json!({
+            "cases": table.n_cases, "status": table.counts(), "is_busy": is_busy,
+        }));
+    } else {
+        let (shown, counts) = (folder.display(), table.counts_in_words());
+        let next = match (is_busy, counts.contains("missing")) {
+            (true, _) => "a sweep is at work in this folder",
+            (false, true) => "no sweep is at work in this folder: the same command goes on with it",
+            (false, false) => "no sweep is at work in this folder",
+        };
+        terminal::result(&format!(
+            "{shown}\n  {counts}\n  {next}\n  `report {shown}` shows each case\n"
+        ));
     }
     Ok(Exit::Done)
 }

@@ -162,13 +162,13 @@ fn run_case(
 ) -> Result<Exit, StageError> {
     let plan = Plan::read(&place.sweep)?;
     let event = sweep::run_case(&plan, &place.folder, id, options)?;
-    say(output, &format!("case {id} {}", event_name(&event)));
+    say(output, &format!("case {id} {}", event.word()));
     if output.json {
         let error = match &event {
             Event::Failed(error) => Some(error),
             _ => None,
         };
-        let event = serde_json::json!({ "case": id, "event": event_name(&event), "error": error });
+        let event = serde_json::json!({ "case": id, "event": event.word(), "error": error });
         terminal::json(&event);
     }
     Ok(match event {
@@ -220,8 +220,10 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
     let outcome = outcome?;
     report(&plan, folder, &outcome, output);
     show(&plan, folder, series.as_ref(), pictures.as_ref(), output)?;
-    let unfinished = outcome.failed + outcome.busy + outcome.not_converged.len();
-    Ok(Exit::of(unfinished == 0))
+    let unfinished = ["failed", "busy"].map(|word| outcome.count_of(word));
+    Ok(Exit::of(
+        unfinished == [0, 0] && outcome.not_converged.is_empty(),
+    ))
 }
 
 /// Writes series, and charts of what varies, where they are wanted; the tables are stored by then.
@@ -270,15 +272,10 @@ fn told(plan: &Plan, cases: &[(usize, String)]) -> String {
 }
 
 fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
-    let Outcome {
-        kept,
-        computed,
-        failed,
-        busy,
-        not_converged,
-        warnings,
-    } = outcome;
+    let (not_converged, warnings) = (&outcome.not_converged, &outcome.warnings);
     let cases = plan.cases.len();
+    let counts = ["computed", "kept", "failed", "busy"].map(|word| outcome.count_of(word));
+    let [computed, kept, failed, busy] = counts;
     terminal::print(
         output,
         || {
@@ -301,16 +298,6 @@ fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
             )
         },
     );
-}
-
-/// What became of a case, in a word.
-fn event_name(event: &Event) -> &'static str {
-    match event {
-        Event::Kept => "kept",
-        Event::Computed(_) => "computed",
-        Event::Failed(_) => "failed",
-        Event::Busy => "busy",
-    }
 }
 
 /// A bar with the time left on a terminal; elsewhere, and when quiet, nothing.

@@ -8,13 +8,13 @@ use runfile::{
 };
 use studies::accuracy::{
     Accuracy, AlgebraicStudy, DiscretisationStudy, Level, RunMethod, RunOperator, RunResult,
-    SolverRun, Trend,
+    SolverRun,
 };
 use units::{Dimension, Units};
 
 use super::{
     FormatError, dimension_of_quantity, extents,
-    fields::{Fields, fields, read_if_there, read_value, write_list, write_value},
+    fields::{Fields, each, fields, read_if_there, read_value, write_list, write_value},
     quantities,
     stored::stored_as,
 };
@@ -99,18 +99,14 @@ pub(super) const MESHES: Fields<Level> = fields! { Level => GROUP;
 
 /// Orders and limits, which reading computes again.
 pub(super) const TRENDS: Fields<DiscretisationStudy> = fields! { DiscretisationStudy => GROUP;
-    [|study| each(study, |(of, _)| of.word().to_owned())] QUANTITY, QUANTITIES, Dimension::Number, "Quantities of the levels, as `adapt.of` names them.";
+    [|study| each(&study.quantities, |(of, _)| of.word().to_owned())] QUANTITY, QUANTITIES, Dimension::Number, "Quantities of the levels, as `adapt.of` names them.";
     {Kind::Text} UNIT, QUANTITIES, Dimension::Number, "The unit of each: of its values and its limit.";
     [|study| numbers(&study.energy_norm.orders)] "/accuracy/order/energy_norm", LEVELS, Dimension::Number, "Order of the energy-norm error observed from each level and the two before it; NaN where none is.".symbol("p");
     [|study| numbers(&study.potential_energy.orders)] "/accuracy/order/potential_energy", LEVELS, Dimension::Number, "Order of the potential energy, likewise.";
-    [|study| each(study, |(_, trend)| numbers(&trend.orders))] "/accuracy/order/quantities", &[Named("n_accuracy_quantities"), Named("n_levels")], Dimension::Number, "Order of each quantity, likewise.";
+    [|study| each(&study.quantities, |(_, trend)| numbers(&trend.orders))] "/accuracy/order/quantities", &[Named("n_accuracy_quantities"), Named("n_levels")], Dimension::Number, "Order of each quantity, likewise.";
     [|study| study.potential_energy.limit.unwrap_or(f64::NAN)] "/accuracy/limit/potential_energy", &[], Dimension::Energy, "Extrapolated potential energy; NaN where no order is observed.";
-    [|study| each(study, |(_, trend)| trend.limit.unwrap_or(f64::NAN))] "/accuracy/limit/quantities", QUANTITIES, Dimension::Number, "Extrapolated quantities, each in its own `unit`, likewise.";
+    [|study| each(&study.quantities, |(_, trend)| trend.limit.unwrap_or(f64::NAN))] "/accuracy/limit/quantities", QUANTITIES, Dimension::Number, "Extrapolated quantities, each in its own `unit`, likewise.";
 };
-
-fn each<V>(study: &DiscretisationStudy, of: fn(&(Functional, Trend)) -> V) -> Vec<V> {
-    study.quantities.iter().map(of).collect()
-}
 
 /// Numbers of which some are not known; these are NaN.
 fn numbers(values: &[Option<f64>]) -> Vec<f64> {

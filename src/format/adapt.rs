@@ -45,6 +45,7 @@ pub(super) const FIELDS: Fields<AdaptiveLevel> = fields! { AdaptiveLevel => GROU
     (n_tetrahedra) "/adapt/levels/n_tetrahedra", LEVELS, Dimension::Number, "Tetrahedra.";
     (n_free) "/adapt/levels/n_free", LEVELS, Dimension::Number, "Free degrees of freedom.";
     (n_multipliers) "/adapt/levels/n_multipliers", LEVELS, Dimension::Number, "Multipliers.";
+    (n_closed) "/adapt/levels/n_closed_panes", LEVELS, Dimension::Number, "Panes in contact, of a load history in its last increment.";
     (estimated_error) "/adapt/levels/estimated_error", LEVELS, Dimension::Number, "Estimated discretisation error over |u|_A; of a mesh that is refined for a quantity (adapt.of), the estimated error of that over its value.";
     (nan value) "/adapt/levels/value", LEVELS, Dimension::Number, "Value of the quantity that the mesh is refined for (adapt.of), in its unit; NaN where it is refined for the energy norm, and of a load history.";
     (status) "/adapt/levels/status", LEVELS, Dimension::Number, "How the solve ended.";

@@ -1,6 +1,6 @@
 //! `/cases` of a sweep's summary file: settings and main results of every case, read from its run file.
 
-use contact3d::adaptation::AdaptiveStatus;
+use contact3d::{adaptation::AdaptiveStatus, solver::Status};
 use runfile::{
     Extent,
     Extent::{Fixed, Named},
@@ -73,9 +73,11 @@ const FIELDS: Fields<CaseRow> = fields! { CaseRow => GROUP;
     (results?.zones) "/cases/zone_counts", &[Named("n_cases"), extents::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes.";
     (results?.normal_force) "/cases/normal_force", CASES, Dimension::FORCE, "Total normal contact force.";
     (results?.tangential_force) "/cases/tangential_force", &[Named("n_cases"), extents::FRICTION_AXES], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2.";
+    (results?.friction_force) "/cases/friction_force", CASES, Dimension::FORCE, "Size of that sum; NaN also with several contact faces, whose axes differ.";
     (results?.contact_force) "/cases/contact_force", VECTORS, Dimension::FORCE, "Force of the foundation on the body.";
     (results?.largest_pressure) "/cases/largest_pressure", CASES, Dimension::STRESS, "Largest normal multiplier.";
     (results?.largest_von_mises) "/cases/largest_von_mises", CASES, Dimension::STRESS, "Largest von Mises stress of a node.";
+    (results?.largest_displacement) "/cases/largest_displacement", CASES, Dimension::LENGTH, "Largest |u| of a node.";
     (results?.largest_displacement_along) "/cases/largest_displacement_along", VECTORS, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node.";
     (results?.strain_energy) "/cases/strain_energy", CASES, Dimension::Energy, "Strain energy.";
     (results?.cycle_dissipation) "/cases/cycle_dissipation", CASES, Dimension::Energy, "Energy that friction took in the last cycle of a history; NaN where its loads do not return.";
@@ -139,25 +141,17 @@ pub fn write(
     let results = rows.iter().map(|row| row.results.as_ref());
     let faces = results.clone();
     let faces = faces.map(|results| results.map_or(&[][..], |results| &results.faces));
-    let (names, cells) = by_name(
-        &faces.collect::<Vec<_>>(),
-        |face| &face.name,
-        CaseFace::absent,
-    );
+    let (names, cells) = by_name(&faces.collect::<Vec<_>>(), |face| &face.name);
     if !names.is_empty() {
         write_value(writer, FACE_NAMES, &names)?;
         FACE_FIELDS.write_rows(writer, &cells)?;
     }
     let found = results.map(|results| results.map_or(&[][..], |results| &results.quantities));
-    let (names, cells) = by_name(
-        &found.collect::<Vec<_>>(),
-        |it| &it.name,
-        CaseQuantity::absent,
-    );
+    let (names, cells) = by_name(&found.collect::<Vec<_>>(), |it| &it.name);
     if names.is_empty() {
         return Ok(());
     }
-    let first = |name: &String| cells.iter().flatten().find(|it| it.name == *name);
+    let first = |name: &String| cells.iter().flatten().flatten().find(|it| it.name == *name);
     let units: Vec<String> = names
         .iter()
         .filter_map(first)
@@ -172,8 +166,7 @@ pub fn write(
 fn by_name<T: Clone>(
     cases: &[&[T]],
     name: fn(&T) -> &String,
-    absent: fn() -> T,
-) -> (Vec<String>, Vec<Vec<T>>) {
+) -> (Vec<String>, Vec<Vec<Option<T>>>) {
     let mut names: Vec<String> = Vec::new();
     for it in cases.iter().copied().flatten() {
         if !names.contains(name(it)) {
@@ -182,8 +175,7 @@ fn by_name<T: Clone>(
     }
     let cells = cases.iter().map(|of_case| {
         let named = |wanted: &String| of_case.iter().find(|it| name(it) == wanted);
-        let cells = names.iter().map(|name| named(name).cloned());
-        cells.map(|cell| cell.unwrap_or_else(absent)).collect()
+        names.iter().map(|name| named(name).cloned()).collect()
     });
     let cells = cells.collect();
     (names, cells)
@@ -204,7 +196,7 @@ pub const CERTIFICATE: [&str; 7] = [
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseResults {
     /// How the solve ended.
-    pub status: String,
+    pub status: Status,
     /// Whether the target for the error is met; `None` without one.
     pub adaptation: Option<AdaptiveStatus>,
     /// Which algorithm gave the answer.
@@ -221,12 +213,16 @@ pub struct CaseResults {
     pub normal_force: f64,
     /// Tangential forces in N.
     pub tangential_force: [f64; 2],
+    /// Size of the tangential forces of one contact face in N.
+    pub friction_force: f64,
     /// Force of the foundation in N.
     pub contact_force: [f64; 3],
     /// Largest pressure in Pa.
     pub largest_pressure: f64,
     /// Largest von Mises stress in Pa.
     pub largest_von_mises: f64,
+    /// Largest displacement in m.
+    pub largest_displacement: f64,
     /// Largest displacement components in m.
     pub largest_displacement_along: [f64; 3],
     /// Strain energy in J.
@@ -273,8 +269,9 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
     let number = |path| resultant::<f64>(reader, path, is_solved);
     let vector = |path| resultant::<[f64; 3]>(reader, path, is_solved);
     let tangential = "/post/resultants/tangential_force";
+    let tangential_force: [f64; 2] = resultant(reader, tangential, is_solved)?;
     Ok(Some(CaseResults {
-        status: outcome.status.word().to_owned(),
+        status: outcome.status,
         adaptation: adapt::read_status(reader)?,
         method: outcome.method.to_owned(),
         counts: outcome.counts.map(|count| count as i64),
@@ -282,17 +279,18 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
         accuracy: outcome.accuracy,
         zones: zones.unwrap_or([-1; 3]),
         normal_force: number("/post/resultants/normal_force")?,
-        tangential_force: resultant(reader, tangential, is_solved)?,
+        tangential_force,
+        friction_force: tangential_force[0].hypot(tangential_force[1]),
         contact_force: vector("/post/resultants/contact_force")?,
         largest_pressure: number("/post/resultants/largest_pressure")?,
         largest_von_mises: number("/post/largest_von_mises/value")?,
+        largest_displacement: number("/post/resultants/largest_displacement")?,
         largest_displacement_along: vector("/post/resultants/largest_displacement_along")?,
         strain_energy: number("/post/resultants/strain_energy")?,
         cycle_dissipation: cycle_dissipation(reader, is_solved)?.unwrap_or(f64::NAN),
-        faces: if is_solved {
-            read_faces(reader)?
-        } else {
-            Vec::new()
+        faces: match is_solved {
+            true => read_faces(reader)?,
+            false => Vec::new(),
         },
         quantities: read_quantities(reader)?,
         certificate,
@@ -339,7 +337,7 @@ const FACE_PAIRS: &[Extent] = &[Named("n_cases"), Named("n_case_faces"), Fixed(2
 const ONE_FACE: &str = "absent where no case has several contact faces";
 
 /// The faces of a case, in the order of the names.
-const FACE_FIELDS: Fields<Vec<CaseFace>> = fields! { Vec<CaseFace> => GROUP;
+const FACE_FIELDS: Fields<Vec<Option<CaseFace>>> = fields! { Vec<Option<CaseFace>> => GROUP;
     {Kind::Text} FACE_NAMES, &[Named("n_case_faces")], Dimension::Number, "Names of contact faces in cases with several, each once.".optional(ONE_FACE);
     [|faces| each(faces, |face| face.zones)] "/cases/face_zone_counts", FACE_ZONES, Dimension::Number, "Numbers of open, sticking and slipping panes of each face; -1 in cases without it.".optional(ONE_FACE);
     [|faces| each(faces, |face| face.normal_force)] "/cases/face_normal_force", FACES, Dimension::FORCE, "Total normal contact force of each face; NaN in cases without it.".optional(ONE_FACE);
@@ -360,19 +358,6 @@ pub struct CaseFace {
     pub tangential_force: [f64; 2],
     /// Largest pressure in Pa.
     pub largest_pressure: f64,
-}
-
-impl CaseFace {
-    /// A face that a case does not have.
-    fn absent() -> Self {
-        Self {
-            name: String::new(),
-            zones: [-1; 3],
-            normal_force: f64::NAN,
-            tangential_force: [f64::NAN; 2],
-            largest_pressure: f64::NAN,
-        }
-    }
 }
 
 /// The faces of a finished run file with several, in the order of its results; none with one.
@@ -415,18 +400,6 @@ pub struct CaseQuantity {
     pub error_bar: f64,
 }
 
-impl CaseQuantity {
-    /// A quantity that a case does not have.
-    fn absent() -> Self {
-        Self {
-            name: String::new(),
-            unit: String::new(),
-            value: f64::NAN,
-            error_bar: f64::NAN,
-        }
-    }
-}
-
 const QUANTITY_NAMES: &str = "/cases/quantity_names";
 const QUANTITY_UNITS: &str = "/cases/quantity_units";
 const QUANTITIES: &[Extent] = &[Named("n_case_quantities")];
@@ -434,7 +407,7 @@ const CASE_QUANTITIES: &[Extent] = &[Named("n_cases"), Named("n_case_quantities"
 const NO_QUANTITY: &str = "absent where no case has quantities with error bars";
 
 /// The quantities of a case, in the order of the names.
-const QUANTITY_FIELDS: Fields<Vec<CaseQuantity>> = fields! { Vec<CaseQuantity> => GROUP;
+const QUANTITY_FIELDS: Fields<Vec<Option<CaseQuantity>>> = fields! { Vec<Option<CaseQuantity>> => GROUP;
     {Kind::Text} QUANTITY_NAMES, QUANTITIES, Dimension::Number, "Quantities with an error bar in some case, as /solve/quantities names them.".optional(NO_QUANTITY);
     {Kind::Text} QUANTITY_UNITS, QUANTITIES, Dimension::Number, "The unit of each: of its value and error bar.".optional(NO_QUANTITY);
     [|found| each(found, |it| it.value)] "/cases/quantity", CASE_QUANTITIES, Dimension::Number, "Their values, each in its own unit; NaN in cases without it.".optional(NO_QUANTITY);
@@ -462,7 +435,8 @@ fn read_quantities(reader: &Reader) -> Result<Vec<CaseQuantity>, FormatError> {
     Ok(rows.map(row).collect())
 }
 
-/// A figure of each face or quantity of a case.
-fn each<T, V>(row: &[T], of: fn(&T) -> V) -> Vec<V> {
-    row.iter().map(of).collect()
+/// A figure of each face or quantity of a case, which may not have it.
+fn each<T, V: Absent>(row: &[Option<T>], of: fn(&T) -> V) -> Vec<V> {
+    let figures = row.iter().map(|it| it.as_ref().map(of));
+    figures.map(|it| it.unwrap_or_else(V::absent)).collect()
 }

@@ -406,6 +406,17 @@ impl<T> Fields<T> {
     }
 }
 
+/// A figure of each part of a record.
+pub(super) fn each<T, V>(parts: &[T], of: impl Fn(&T) -> V) -> Vec<V> {
+    parts.iter().map(of).collect()
+}
+
+/// Puts a figure into each part of a record that has one.
+pub(super) fn put_each<T, V>(parts: &mut [T], values: Vec<V>, put: impl Fn(&mut T, V)) {
+    let parts = parts.iter_mut().zip(values);
+    parts.for_each(|(part, value)| put(part, value));
+}
+
 /// The rows of the table that some fields are.
 pub(super) const fn rows<T, const N: usize>(fields: &[FieldSpec<T>]) -> [DatasetSpec; N] {
     let mut rows = [fields[0].spec; N];

@@ -15,7 +15,7 @@ use units::Dimension;
 use super::{
     FormatError, Stage,
     extents::{self, length},
-    fields::{Condition, Fields, fields, write_value},
+    fields::{Condition, Fields, each, fields, put_each, write_value},
     quantities,
 };
 
@@ -62,7 +62,7 @@ pub(super) const INCREMENTS: Fields<StepRecord> = fields! { StepRecord => GROUP;
     {Kind::Text} TITLE, ROWS, Dimension::Number, "Title of the step that each increment belongs to.";
     [|record| record.increment.step] STEP, ROWS, Dimension::Number, "Step of the scene, from 0, that each increment belongs to.";
     (increment.time) TIME, ROWS, Dimension::Time, "Time at the end of each increment.".symbol("t");
-    (status) "/history/status", ROWS, Dimension::Number, "How each solve ended, as /solve/status; one that failed is the last.";
+    (status) "/history/status", ROWS, Dimension::Number, "How each solve ended, as /solve/status; one without a solution is the last, and has NaN for forces and energies.";
     (solved_by) "/history/method", ROWS, Dimension::Number, "Algorithm that gave each answer, as /solve/method.";
     (accuracy) "/history/accuracy", ROWS, Dimension::Number, "Relative error of the multipliers, as /solve/accuracy.";
     (applications) "/history/applications", ROWS, Dimension::Number, "Applications of the inverse stiffness matrix, as /solve/applications.".symbol("n_A");
@@ -76,18 +76,18 @@ pub(super) const INCREMENTS: Fields<StepRecord> = fields! { StepRecord => GROUP;
     (slip_origin) "/history/slip_origin", &[Named("n_increments"), Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Tangential displacement that the slip of each increment is counted from: that of the row before, and where nodes of a curved face touch within the increment, that at which they touch.".when(FLAT);
     (path) "/history/sliding_path", &[Named("n_increments"), Named("n_contact_nodes"), Fixed(3)], Dimension::LENGTH, "Lengths of the path that each contact node slid: sums of |Delta u_t1|, of |Delta u_t2| and of |Delta u_t| over the increments so far.".when(NO_FRICTION);
     [|record| each(&record.panes, |pane| pane.zone), put_zones] "/history/contact_zone", PANES, Dimension::Number, "What each pane does in the increment, as /post/contact_zone.".when(NO_CONTACT);
-    [|record| each(&record.panes, |pane| pane.gap), |record, gaps| put_each(record, gaps, |pane, gap| pane.gap = gap)] "/history/gap", PANES, Dimension::LENGTH, "Mean distance of each pane to the foundation.".symbol("d - u_nu").when(NO_CONTACT);
-    [|record| each(friction_panes(record), |pane| pane.slip), |record, slips| put_each(record, slips, |pane, slip| pane.slip = slip)] "/history/slip", PANE_PAIRS, Dimension::LENGTH, "Mean slip of each pane in the increment.".symbol("Delta u_t").when(NO_FRICTION);
-    [|record| each(friction_panes(record), |pane| pane.coefficients), |record, pairs| put_each(record, pairs, |pane, pair| pane.coefficients = pair)] "/history/friction", PANE_PAIRS, Dimension::Number, "Coefficients of friction acting on each pane.".symbol("F_1, F_2").when(NO_COULOMB);
+    [|record| each(&record.panes, |pane| pane.gap), |record, gaps| put_each(&mut record.panes, gaps, |pane, gap| pane.gap = gap)] "/history/gap", PANES, Dimension::LENGTH, "Mean distance of each pane to the foundation.".symbol("d - u_nu").when(NO_CONTACT);
+    [|record| each(friction_panes(record), |pane| pane.slip), |record, slips| put_each(&mut record.panes, slips, |pane, slip| pane.slip = slip)] "/history/slip", PANE_PAIRS, Dimension::LENGTH, "Mean slip of each pane in the increment.".symbol("Delta u_t").when(NO_FRICTION);
+    [|record| each(friction_panes(record), |pane| pane.coefficients), |record, pairs| put_each(&mut record.panes, pairs, |pane, pair| pane.coefficients = pair)] "/history/friction", PANE_PAIRS, Dimension::Number, "Coefficients of friction acting on each pane.".symbol("F_1, F_2").when(NO_COULOMB);
     (applied_force) "/history/applied_force", VECTORS, Dimension::FORCE, "Resultant of the applied loads.";
     (clamp_force) "/history/clamp_force", VECTORS, Dimension::FORCE, "Reaction of the clamps.";
     (contact_force) "/history/contact_force", VECTORS, Dimension::FORCE, "Force of the foundation on the body.".when(NO_CONTACT);
     (multiplier_force) "/history/multiplier_force", &[Named("n_increments"), extents::CONTACT_AXES], Dimension::FORCE, "Sums of area times multiplier: normal, along t1, along t2; the last two zero where there is no friction, or of several faces, whose axes differ: `forces` has those of each.".when(NO_CONTACT);
     (forces) "/history/forces", &[Named("n_increments"), Named("n_forces"), extents::XYZ], Dimension::FORCE, "Force on the body of each clamp, load and contact face, in the order of /post/forces.";
-    [|record| of_tools(record, |tool| tool.displacement), |record, values| put_tools(record, values, |tool, value| tool.displacement = value)] "/history/tool_displacement", TOOL_VECTORS, Dimension::LENGTH, "Displacement of the point of each tool.".when(NO_TOOL);
-    [|record| of_tools(record, |tool| tool.turn), |record, values| put_tools(record, values, |tool, value| tool.turn = value)] "/history/tool_turn", TOOL_VECTORS, Dimension::Number, "Rotation vector of each tool in radians.".when(NO_TOOL);
-    [|record| of_tools(record, |tool| tool.force), |record, values| put_tools(record, values, |tool, value| tool.force = value)] "/history/tool_force", TOOL_VECTORS, Dimension::FORCE, "Force of each tool on the body, which is that on the tool from outside.".when(NO_TOOL);
-    [|record| of_tools(record, |tool| tool.moment), |record, values| put_tools(record, values, |tool, value| tool.moment = value)] "/history/tool_moment", TOOL_VECTORS, Dimension::MOMENT, "Its moment about the point of the tool: where it begins, or where the increment drives it to if normals follow it.".when(NO_TOOL);
+    [|record| each(&record.tools, |tool| tool.displacement), |record, values| put_tools(record, values, |tool, value| tool.displacement = value)] "/history/tool_displacement", TOOL_VECTORS, Dimension::LENGTH, "Displacement of the point of each tool.".when(NO_TOOL);
+    [|record| each(&record.tools, |tool| tool.turn), |record, values| put_tools(record, values, |tool, value| tool.turn = value)] "/history/tool_turn", TOOL_VECTORS, Dimension::Number, "Rotation vector of each tool in radians.".when(NO_TOOL);
+    [|record| each(&record.tools, |tool| tool.force), |record, values| put_tools(record, values, |tool, value| tool.force = value)] "/history/tool_force", TOOL_VECTORS, Dimension::FORCE, "Force of each tool on the body, which is that on the tool from outside.".when(NO_TOOL);
+    [|record| each(&record.tools, |tool| tool.moment), |record, values| put_tools(record, values, |tool, value| tool.moment = value)] "/history/tool_moment", TOOL_VECTORS, Dimension::MOMENT, "Its moment about the point of the tool: where it begins, or where the increment drives it to if normals follow it.".when(NO_TOOL);
     (reaction) "/history/clamp_reaction", &[Named("n_increments"), Named("n_nodes"), extents::XYZ], Dimension::FORCE, "Forces of the clamps on the nodes.".optional("absent where all clamps hold at zero in all steps").compressed();
     (loaded_force) "/history/loaded_force", VECTORS, Dimension::FORCE, "Force on the body of tractions, pressures and clamps that move; of the body force where there are none.";
     (loaded_displacement) "/history/loaded_displacement", VECTORS, Dimension::LENGTH, "Mean displacement of the faces that they act on; of all nodes where there are none.";
@@ -108,27 +108,10 @@ fn friction_panes(record: &StepRecord) -> &[StepPane] {
     &record.panes[..pairs]
 }
 
-/// A figure of each pane.
-fn each<V>(panes: &[StepPane], of: impl Fn(&StepPane) -> V) -> Vec<V> {
-    panes.iter().map(of).collect()
-}
-
-/// Puts a figure into each pane that has one.
-fn put_each<V>(record: &mut StepRecord, values: Vec<V>, put: impl Fn(&mut StepPane, V)) {
-    let panes = record.panes.iter_mut().zip(values);
-    panes.for_each(|(pane, value)| put(pane, value));
-}
-
-/// A figure of each tool.
-fn of_tools<V>(record: &StepRecord, of: fn(&ToolState) -> V) -> Vec<V> {
-    record.tools.iter().map(of).collect()
-}
-
 /// Puts a figure into each tool, and makes the tools where they are not there.
 fn put_tools<V>(record: &mut StepRecord, values: Vec<V>, put: fn(&mut ToolState, V)) {
     record.tools.resize(values.len(), ToolState::default());
-    let tools = record.tools.iter_mut().zip(values);
-    tools.for_each(|(tool, value)| put(tool, value));
+    put_each(&mut record.tools, values, put);
 }
 
 /// Makes the panes, whose other figures follow.

@@ -117,6 +117,7 @@ pub(super) const TOOLS: Fields<ToolState> = fields! { ToolState => GROUP;
 pub(super) const TOTALS: Fields<ContactReport> = fields! { ContactReport => GROUP;
     (resultants.strain_energy) "/post/resultants/strain_energy", &[], Dimension::Energy, "Strain energy a(u, u) / 2 of body and springs.";
     (resultants.load_work) "/post/resultants/load_work", &[], Dimension::Energy, "Work l.u of the loads, on held nodes too.";
+    (resultants.largest_displacement) "/post/resultants/largest_displacement", &[], Dimension::LENGTH, "Largest |u| of a node, rigid-body motion included.";
     (resultants.largest_displacement_along) "/post/resultants/largest_displacement_along", VECTOR, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node.";
     [|report| contact(report, |contact| contact.largest_pressure)] "/post/resultants/largest_pressure", &[], Dimension::STRESS, "Largest normal multiplier.".optional(NO_CONTACT);
     [|report| of_faces(report, |face| face.zone_counts)] FACE_ZONE_COUNTS, FACE_VECTORS, Dimension::Number, "Numbers of open, sticking and slipping panes of each contact face.".optional(ONE_FACE);

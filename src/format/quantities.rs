@@ -10,7 +10,7 @@ use units::{Dimension, Units};
 
 use super::{
     FormatError, extents,
-    fields::{Fields, fields, read_if_there, write_value},
+    fields::{Fields, each, fields, put_each, read_if_there, write_value},
     increments, solve,
 };
 
@@ -61,19 +61,6 @@ fn corners(it: &FunctionalEstimate) -> [[f64; 3]; 2] {
 fn put_corners(it: &mut FunctionalEstimate, corners: [[f64; 3]; 2]) {
     let is_there = corners.as_flattened().iter().all(|x| x.is_finite());
     it.corners = is_there.then_some(corners);
-}
-
-fn each<V>(row: &[FunctionalEstimate], of: fn(&FunctionalEstimate) -> V) -> Vec<V> {
-    row.iter().map(of).collect()
-}
-
-fn put_each<V>(
-    row: &mut [FunctionalEstimate],
-    values: Vec<V>,
-    put: fn(&mut FunctionalEstimate, V),
-) {
-    let pairs = row.iter_mut().zip(values);
-    pairs.for_each(|(it, value)| put(it, value));
 }
 
 /// A quantity that has no estimate.

@@ -54,19 +54,18 @@ pub enum AdaptStep<'a> {
     },
 }
 
-/// The cuts between the first mesh of a scene and the one of its run file; none for a scene that asks for no adaptive mesh, and
-/// before its first level. Unreadable levels are made again.
-pub(super) fn stored_refinement(reader: Option<&Reader>, scene: &Scene) -> Vec<RefinedLevel> {
-    let (Some(adapt), Some(reader)) = (scene.adapt, reader) else {
+/// The cuts between the first mesh of a scene and the one of its run file, which holds some levels; none for a scene that asks for no
+/// adaptive mesh.
+pub(super) fn refinement_in_force(
+    levels: Option<&(Adaptation, AdaptiveStatus)>,
+    scene: &Scene,
+) -> Vec<RefinedLevel> {
+    let (Some(adapt), Some((adaptation, _))) = (scene.adapt, levels) else {
         return Vec::new();
     };
-    let Ok(Some((mut adaptation, _))) = read_levels(reader, scene) else {
-        return Vec::new();
-    };
-    if let Some(level) = adaptation.level_that_meets(adapt.error) {
-        adaptation.refinement.truncate(level);
-    }
-    adaptation.refinement
+    let all = &adaptation.refinement;
+    let level = adaptation.level_that_meets(adapt.error);
+    all[..level.unwrap_or(all.len())].to_vec()
 }
 
 /// Digest of all that the levels are computed from: the scene but for its target.
@@ -76,16 +75,16 @@ fn levels_input(scene: &Scene) -> String {
 }
 
 /// The levels that a file holds for a scene, and how they stood; `None` without any, and for another scene.
-pub fn read_levels(
+pub(super) fn read_levels(
     reader: &Reader,
     scene: &Scene,
 ) -> Result<Option<(Adaptation, AdaptiveStatus)>, FormatError> {
-    let stored = reader.group_record(ADAPT)?;
-    if stored.is_some_and(|stored| stored.record.input_digest == levels_input(scene)) {
-        Ok(Some(format::read_adaptation(reader)?))
-    } else {
-        Ok(None)
+    if scene.adapt.is_none() {
+        return Ok(None);
     }
+    let stored = reader.group_record(ADAPT)?;
+    let stored = stored.filter(|stored| stored.record.input_digest == levels_input(scene));
+    stored.map(|_| format::read_adaptation(reader)).transpose()
 }
 
 impl Session {

@@ -55,14 +55,17 @@ impl Session {
 
     /// Takes stages that are kept elsewhere into the run file now; does nothing if there are none.
     pub fn embed_assembly(&mut self) -> Result<(), StageError> {
-        let reader = self.store.reader()?;
-        let linked = LARGE.map(|stage| reader.linked_file(stage.group()));
-        if linked.iter().any(Option::is_some) {
+        if !self.linked_files().is_empty() {
             let mut transaction = Transaction::begin(&self.store.file)?;
             transaction.embed_linked();
             self.store.end(transaction, &[])?;
         }
         Ok(())
+    }
+
+    /// The names of the files beside the run file that hold stages of it.
+    pub fn linked_files(&self) -> Vec<String> {
+        self.store.file.linked_names()
     }
 
     /// Makes mesh and assembled problem fresh with the least work: kept, linked from a file that

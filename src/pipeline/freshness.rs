@@ -6,15 +6,16 @@
 use std::path::Path;
 
 use contact3d::{
+    adaptation::{Adaptation, AdaptiveStatus},
     mesh::RefinedLevel,
     post::{Certificate, ContactReport},
-    scene::{Scene, SceneFile},
+    scene::{Increment, Scene, SceneFile},
 };
 use runfile::{Reader, StoreError, StoredGroup};
 
 use super::{
     StageError,
-    adapt::stored_refinement,
+    adapt::{read_levels, refinement_in_force},
     read_results,
     settings::{refinement_digest, settings, start_digest},
 };
@@ -78,6 +79,8 @@ pub struct OpenRun {
     pub input: SceneFile,
     /// Its stages, upstream first. A stage whose own file cannot be used is a state, not an error.
     pub states: Vec<StageState>,
+    /// The levels that it holds for its scene, and how they stood.
+    pub levels: Option<(Adaptation, AdaptiveStatus)>,
 }
 
 impl OpenRun {
@@ -89,12 +92,14 @@ impl OpenRun {
     /// An open file at a path.
     pub fn of(reader: Reader, path: &Path) -> Result<Self, StageError> {
         let input = format::read_scene(&reader, path)?;
-        let refinement = stored_refinement(Some(&reader), &input.scene);
+        let levels = read_levels(&reader, &input.scene)?;
+        let refinement = refinement_in_force(levels.as_ref(), &input.scene);
         let states = states_from(Some(&reader), &input.scene, &refinement, None)?;
         Ok(Self {
             reader,
             input,
             states,
+            levels,
         })
     }
 
@@ -104,21 +109,22 @@ impl OpenRun {
         states.any(|state| state.stage == stage && state.is_fresh())
     }
 
-    /// How many increments of its load history an interrupted solve left, with which the next one begins.
-    pub fn unfinished_increments(&self) -> Result<usize, StageError> {
+    /// The increments of its load history that an interrupted solve left, with which the next one begins.
+    pub fn unfinished_increments(&self) -> Result<Vec<Increment>, StageError> {
         let (reader, scene) = (&self.reader, &self.input.scene);
         let left = match self.is_fresh(Stage::Solve) {
             true => None,
             false => reader.group_record(HISTORY)?,
         };
         let goes_on = |left: &StoredGroup| {
-            let refinement = stored_refinement(Some(reader), scene);
+            let refinement = refinement_in_force(self.levels.as_ref(), scene);
             is_left_by(scene, &refinement, None, left, &self.states)
         };
-        match left.filter(goes_on) {
-            Some(_) => Ok(format::n_increments(reader)?),
-            None => Ok(0),
-        }
+        let n_left = match left.filter(goes_on) {
+            Some(_) => format::n_increments(reader)?,
+            None => 0,
+        };
+        Ok(scene.increments().into_iter().take(n_left).collect())
     }
 
     /// The first stage up to some that cannot be used.

@@ -18,7 +18,7 @@ mod stages;
 mod store;
 pub mod studies;
 
-pub use adapt::{AdaptStep, read_levels};
+pub use adapt::AdaptStep;
 pub use assembly_file::AssemblyFile;
 pub use error::StageError;
 pub use freshness::{Freshness, OpenRun, StageState, contradictions};
@@ -29,3 +29,4 @@ pub use results::{Results, read_results, read_solved};
 pub use series_folder::{CASE_SERIES, PATH_SERIES, SeriesFolder};
 pub use session::{Session, StageTiming, StoreWhen};
 pub use settings::{operator_settings, stage_settings};
+pub(crate) use store::{Checkpoints, FIRST_COMMIT_SECONDS};

@@ -18,7 +18,7 @@ use runfile::{
 
 use super::{
     AssemblyFile, StageError, StageState, StageTiming, StoreWhen,
-    adapt::stored_refinement,
+    adapt::{read_levels, refinement_in_force},
     commit::{Commit, Rollback, WaitingStage},
     freshness::{Freshness, is_left_by, states_from},
     settings::{refinement_digest, settings, start_digest},
@@ -59,8 +59,10 @@ pub(super) struct Store {
 impl Store {
     pub(super) fn new(file: RunFile, input: SceneFile, threads: usize) -> Result<Self, StoreError> {
         let reader = Reader::open_if_there(file.path(), LAYOUT)?;
+        // Unreadable levels are made again.
+        let levels = reader.and_then(|it| read_levels(&it, &input.scene).unwrap_or(None));
         Ok(Self {
-            refinement: stored_refinement(reader.as_ref(), &input.scene),
+            refinement: refinement_in_force(levels.as_ref(), &input.scene),
             file,
             input,
             start: None,
@@ -337,31 +339,37 @@ pub(super) fn store_with_scene(
 }
 
 /// What a commit takes before one is measured, in s.
-pub(super) const FIRST_COMMIT_SECONDS: f64 = 0.02;
+pub(crate) const FIRST_COMMIT_SECONDS: f64 = 0.02;
 
 /// At most one part in so many of the time goes into checkpoints.
 const CHECKPOINT_SHARE: f64 = 20.0;
 
-/// The checkpoints of one solve, or of one adaptive run.
-pub(super) struct Checkpoints {
+/// The checkpoints of one solve, adaptive run or sweep.
+pub(crate) struct Checkpoints {
     last: Instant,
     /// What writing one takes.
     cost: f64,
 }
 
 impl Checkpoints {
-    /// Of a solve that begins now; `cost` is what writing one takes, in s.
-    pub(super) fn new(cost: f64) -> Self {
+    /// Of what begins now; `cost` is what writing one takes, in s.
+    pub(crate) fn new(cost: f64) -> Self {
         Self {
             last: Instant::now(),
             cost,
         }
     }
 
+    /// How long it takes until one is worth the time.
+    pub(crate) fn due_in(&self) -> Duration {
+        let interval = Duration::from_secs_f64(CHECKPOINT_SHARE * self.cost);
+        interval.saturating_sub(self.last.elapsed())
+    }
+
     /// Writes one if it is worth the time. A checkpoint that cannot be written is no reason to
-    /// give up a solve: storing the solution will say what is wrong.
-    pub(super) fn keep(&mut self, write: impl FnOnce() -> Result<(), StageError>) {
-        if self.last.elapsed() < Duration::from_secs_f64(CHECKPOINT_SHARE * self.cost) {
+    /// give up: storing what it is all about will say what is wrong.
+    pub(crate) fn keep(&mut self, write: impl FnOnce() -> Result<(), StageError>) {
+        if !self.due_in().is_zero() {
             return;
         }
         let started = Instant::now();

@@ -4,7 +4,7 @@ use contact3d::{
     history::StepRecord,
     mesh::extents,
     post::{NarrowContact, PaneState, Zone},
-    scene::{Follow, Obstacle},
+    scene::{Clamp, Follow, Obstacle},
 };
 use units::Dimension;
 
@@ -150,24 +150,33 @@ impl SolvedRun<'_> {
         ))
     }
 
-    /// How far a body slides that friction alone holds, over its size; `None` up to a tenth.
+    /// How far a body slides that friction alone holds, over its size; `None` up to a tenth, and of loads on a flat face up to ten times
+    /// what it deforms by.
     fn slide(&self) -> Option<f64> {
         let n_motions = self.solution.rigid.as_ref()?.motion.len();
         if n_motions == self.scene.n_free_tool_motions() {
             return None;
         }
-        let contact = self
-            .report
-            .panes
-            .iter()
-            .filter(|pane| pane.zone != Zone::Open);
-        let slips = contact
-            .filter_map(|pane| pane.friction)
-            .map(|it| it.slip[0].hypot(it.slip[1]));
-        let least = slips.fold(f64::INFINITY, f64::min);
+        let faces = self.mesh.contact.iter().flat_map(|it| &it.faces);
+        let least = faces.map(|face| {
+            let panes = self.report.panes[face.panes.clone()].iter();
+            let contact = panes.filter(|pane| pane.zone != Zone::Open);
+            let slips = contact.filter_map(|pane| pane.friction);
+            let lengths = slips.map(|it| it.slip[0].hypot(it.slip[1]));
+            lengths.reduce(f64::min).unwrap_or(0.0)
+        });
         let [x, y, z] = extents(&self.mesh.coordinates);
-        let share = least / x.hypot(y).hypot(z);
-        (share.is_finite() && share > 0.1).then_some(share)
+        let share = least.fold(0.0, f64::max) / x.hypot(y).hypot(z);
+        let scene = self.scene;
+        let friction = self.solution.friction.as_ref();
+        let is_of_loads = matches!(&scene.contacts[..], [only] if only.obstacle.is_none())
+            && friction.is_some_and(|it| it.slip.is_none())
+            && !scene.clamps.iter().any(Clamp::is_moved)
+            && scene.springs.is_empty()
+            && scene.tools.is_empty();
+        let deformed = 10.0 * self.report.largest_strain(self.mesh);
+        let most = if is_of_loads { deformed.min(0.1) } else { 0.1 };
+        (share > most).then_some(share)
     }
 
     /// Slips along round obstacles after which their normal is another one.

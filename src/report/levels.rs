@@ -3,7 +3,7 @@
 use contact3d::{
     adaptation::{Adaptation, RefinedLevels},
     history::{HistoryErrors, StepRecord},
-    scene::{ContactFeatures, Scene, escape_control},
+    scene::{ContactFeatures, Increment, Scene, escape_control},
 };
 use serde_json::{Value, json};
 use units::Dimension;
@@ -45,7 +45,7 @@ impl SolvedRun<'_> {
             // Rounding of what it is a difference of.
             let is_rounding = |sum: f64| sum.abs() <= 1e-9 * energies.strain.abs().max(work.abs());
             let mut figures = Figures::new(scene.units);
-            let name = Some(name(scene, record));
+            let name = Some(name(scene, record.increment));
             figures.described("step", "step", name, record.increment.step);
             figures.json_only("increment", record.increment.number);
             figures.add("time", "time", Dimension::Time, Fixed(4), record.increment.time);
@@ -61,7 +61,7 @@ impl SolvedRun<'_> {
             }
             for (words, energy) in [
                 ("work of loads", work), ("normal work", normal_work), ("friction took", dissipated),
-                ("strain energy", energies.strain), ("unaccounted", lost),
+                ("strain energy", energies.strain), ("energy imbalance", lost),
             ] {
                 let told = if is_rounding(energy) { 0.0 } else { energy };
                 figures.told(words, Dimension::Energy, is_solved.then_some([told]));
@@ -94,7 +94,7 @@ impl SolvedRun<'_> {
             figures.json_only("quantities", quantities);
             figures
         });
-        FigureTable::new("Increments; works, what friction took and what no energy accounts for since their step began", rows)
+        FigureTable::new("Increments; works, what friction took and the energy imbalance since their step began", rows)
     }
 
     /// The rows of the forces of the contact faces, of two that touch each other of the first, what words call each, and the body that it acts on.
@@ -144,19 +144,22 @@ impl SolvedRun<'_> {
         let rows = lines.enumerate().filter(|(k, _)| is_shown(*k));
         let rows = titles.into_iter().chain(rows.map(|(_, line)| line));
         head + &rows.collect::<String>()
-            + "  (since each step began: work - normal work - friction - change of strain energy = unaccounted)\n"
+            + "  (since each step began: work - normal work - friction - change of strain energy = energy imbalance)\n"
             + &self.peaks().text(2, 22)
     }
 
     /// The largest forces and stresses of all increments with where they are, and the energies of the last cycle.
     pub fn peaks(&self) -> Figures {
-        let (scene, records) = (self.scene, self.increments);
+        let (scene, records) = (self.scene, StepRecord::solved(self.increments));
         let mut figures = Figures::new(scene.units);
         let mut peak = |words: &str, dimension, of: &dyn Fn(&StepRecord) -> f64| {
             let Some(record) = records.iter().max_by(|a, b| of(a).total_cmp(&of(b))) else {
                 return;
             };
-            let (time, name) = (shown_time(record.increment.time), name(scene, record));
+            let (time, name) = (
+                shown_time(record.increment.time),
+                name(scene, record.increment),
+            );
             let value = scene.units.of(dimension).told(&[of(record)]);
             let shown = format!("{value} at time {time} s, {name}");
             figures.human_only(words, (of(record) > 0.0).then_some(shown));
@@ -222,21 +225,21 @@ impl SolvedRun<'_> {
     }
 }
 
-/// Which increment the other results are of.
-pub fn increment_in_words(scene: &Scene, record: &StepRecord) -> String {
-    let (time, name) = (shown_time(record.increment.time), name(scene, record));
-    format!("all of this is of the last increment, {name}, at time {time} s")
+/// The name of an increment, and its time.
+pub fn increment_in_words(scene: &Scene, increment: Increment) -> String {
+    let (time, name) = (shown_time(increment.time), name(scene, increment));
+    format!("{name}, at time {time} s")
 }
 
 /// The title of a step and the number of the increment.
-pub(super) fn name(scene: &Scene, record: &StepRecord) -> String {
-    let step = record.increment.step;
+pub(super) fn name(scene: &Scene, increment: Increment) -> String {
+    let step = increment.step;
     let title = escape_control(&scene.step_title(step));
     // Longest title of a step in a table.
     let short: String = title.chars().take(16).collect();
     match scene.steps[step].increments {
         1 => short,
-        _ => format!("{short} {}", record.increment.number),
+        _ => format!("{short} {}", increment.number),
     }
 }
 
@@ -256,6 +259,7 @@ pub fn adaptation_table(scene: &Scene, adaptation: &Adaptation, target: f64) -> 
         figures.plain("n_multipliers", "multipliers", level.n_multipliers);
         let error = level.estimated_error;
         figures.described("estimated_error", "error about", Some(estimated_percent(error)), error);
+        figures.plain("n_closed_panes", "panes in contact", level.n_closed);
         if let Some(of) = of {
             figures.told(&name_of_quantity(of), dimension(of), level.value.map(|value| [value]));
             figures.json_only("value", level.value);
@@ -266,7 +270,9 @@ pub fn adaptation_table(scene: &Scene, adaptation: &Adaptation, target: f64) -> 
     });
     let of = of.map_or_else(String::new, |of| format!(" of {}", name_of_quantity(of)));
     let caption = format!("levels for an error of {}{of}", percent(target));
-    FigureTable::new(&caption, rows)
+    let appears = |level| format!("contact first appears on level {level}: the errors of coarser meshes are those of a body that nothing touches\n");
+    let note = adaptation.first_in_contact().map_or_else(String::new, appears);
+    FigureTable::new(&caption, rows).with_note(note)
 }
 
 /// The levels for an error, for programs.

@@ -13,12 +13,9 @@ use super::{
 
 /// Sizes and quality, then faces and parts; lengths in the unit of the file.
 pub fn text(mesh: &MeshInspection) -> String {
-    format!(
-        "{}{}{}",
-        whole(mesh).text(0, 24),
-        faces(mesh).text(),
-        parts(mesh).text()
-    )
+    let parts = Some(parts(mesh)).filter(|parts| !parts.rows.is_empty());
+    let parts = parts.map_or("no parts (physical volumes)\n".to_owned(), |it| it.text());
+    whole(mesh).text(0, 24) + &faces(mesh).text() + &parts
 }
 
 /// The same for programs, with the pictures drawn.
@@ -74,7 +71,7 @@ fn faces(mesh: &MeshInspection) -> FigureTable {
         figures.described("normal", "outward normal", Some(normal.unwrap_or_else(|| "curved".into())), face.normal);
         figures
     });
-    FigureTable::new("faces (physical surfaces)", rows)
+    FigureTable::new("faces (physical surfaces, or else parts between edges)", rows)
 }
 
 #[rustfmt::skip]

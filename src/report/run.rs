@@ -144,7 +144,7 @@ impl<'a> SolvedRun<'a> {
             Some(record) if number < all => {
                 format!(
                     " in increment {number} of {all} ({})",
-                    name(self.scene, record)
+                    name(self.scene, record.increment)
                 )
             }
             _ => String::new(),
@@ -375,7 +375,7 @@ impl<'a> SolvedRun<'a> {
         figures.json_only("largest_von_mises.error", largest.error);
         figures.json_only("largest_von_mises.place", largest.at);
         figures.json_only("largest_von_mises.concentration", largest.concentration.map(StressConcentration::word));
-        figures.json_only("largest_displacement", self.largest_displacement());
+        figures.json_only("largest_displacement", r.largest_displacement);
         figures.told("largest |u_x|, |u_y|, |u_z|", Dimension::LENGTH, Some(r.largest_displacement_along));
         figures.json_only("largest_displacement_along", r.largest_displacement_along);
         figures

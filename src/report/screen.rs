@@ -4,7 +4,7 @@ use std::path::Path;
 
 use contact3d::{
     mesh::{ContactSurface, extents},
-    post::{FunctionalEstimate, PaneState, ToolState, Zone},
+    post::{FunctionalEstimate, ToolState, Zone},
     scene::{Functional, escape_control},
 };
 use units::{Dimension, Unit};
@@ -57,15 +57,17 @@ impl SolvedRun<'_> {
             );
         }
         line("largest von Mises", self.largest_von_mises());
-        let displacement = self
-            .unit(Dimension::LENGTH)
-            .told(&[self.largest_displacement()]);
+        let displacement = self.report.resultants.largest_displacement;
+        let displacement = self.unit(Dimension::LENGTH).told(&[displacement]);
         line("largest displacement", Some(displacement));
         line("error of the mesh", Some(self.estimate_words()));
         let last = self.increments.last();
         line(
             "state",
-            last.map(|last| increment_in_words(self.scene, last)),
+            last.map(|last| {
+                let words = increment_in_words(self.scene, last.increment);
+                format!("all of this is of the last increment, {words}")
+            }),
         );
         lines
     }
@@ -182,42 +184,46 @@ impl SolvedRun<'_> {
         pairs.filter_map(told).chain(others).collect()
     }
 
-    /// How much of what friction can bear is used, and the longest slip.
+    /// How much of what friction can bear is used, by the force and by panes whose forces cancel in it, and the longest slip.
     fn friction_words(&self) -> String {
-        let share = self.friction_used().map_or_else(String::new, |share| {
-            format!(", {:.0} % of what friction can bear", 100.0 * share)
+        let share = self.friction_used().map_or_else(String::new, |shares| {
+            let [force, panes] = shares.map(|share| format!("{:.0} %", 100.0 * share));
+            let words = format!(", {force} of what friction can bear");
+            match shares[1] > 1.5 * shares[0] {
+                true => words + &format!(", {panes} on panes, which oppose each other"),
+                false => words,
+            }
         });
-        let slip = self.largest_slip().map_or_else(String::new, |slip| {
-            format!(
-                "; slips by up to {}",
-                self.unit(Dimension::LENGTH).told(&[slip])
-            )
-        });
-        share + &slip
+        let slip = self.largest_slip();
+        let slip = slip.map(|slip| self.unit(Dimension::LENGTH).told(&[slip]));
+        let slip = slip.map(|slip| format!("; slips by up to {slip}"));
+        share + &slip.unwrap_or_default()
     }
 
-    /// The friction force over the largest one in its direction that the panes can bear as they are pressed; `None` without a force.
-    fn friction_used(&self) -> Option<f64> {
-        let surface = self.mesh.contact.as_ref()?;
+    /// The friction force over the largest one in its direction that the panes can bear as they are pressed, and the stresses of panes over what
+    /// these can bear, both summed by size.
+    fn friction_used(&self) -> Option<[f64; 2]> {
+        let areas = &self.mesh.contact.as_ref()?.pane_area;
         let force = self.report.resultants.contact.as_ref()?.tangential_force?;
-        let size = force[0].hypot(force[1]);
-        let radius = |pane: &PaneState| {
-            let [first, second] = pane.friction.map_or([0.0; 2], |it| it.semi_axes);
-            let inverse = (force[0] / size / first).hypot(force[1] / size / second);
-            if inverse > 0.0 { inverse.recip() } else { 0.0 }
-        };
-        let panes = self.report.panes.iter().zip(&surface.pane_area);
-        let most: f64 = panes.map(|(pane, area)| area * radius(pane)).sum();
-        (size > 0.0 && most > 0.0 && self.report.faces.is_empty()).then(|| size / most)
+        let [mut along, mut used, mut most] = [0.0; 3];
+        for (pane, area) in self.report.panes.iter().zip(areas) {
+            let friction = pane.friction?;
+            let [first, second] = friction.semi_axes;
+            let share = |of: [f64; 2]| (of[0] / first).hypot(of[1] / second);
+            let bound = area * (first * second).sqrt();
+            if bound > 0.0 {
+                along += area / share(force);
+                used += bound * share(friction.stress);
+                most += bound;
+            }
+        }
+        (most > 0.0).then(|| [1.0 / along, used / most])
     }
 
     /// The longest slip of a pane that slips; `None` where none does, or without friction.
     fn largest_slip(&self) -> Option<f64> {
-        let slipping = self
-            .report
-            .panes
-            .iter()
-            .filter(|pane| pane.zone == Zone::Slip);
+        let panes = self.report.panes.iter();
+        let slipping = panes.filter(|pane| pane.zone == Zone::Slip);
         let slips = slipping
             .filter_map(|pane| pane.friction)
             .map(|it| it.slip[0].hypot(it.slip[1]));
@@ -296,13 +302,6 @@ impl SolvedRun<'_> {
         let grows = !it.error_bar().is_finite() || self.unbounded == Some(it.functional);
         let edge = grows.then_some("an edge of the contact face");
         with_bar(unit, [it.value, it.error_bar()], &place, edge)
-    }
-
-    /// The largest |u| of a node of the body, its rigid-body motion included.
-    pub(super) fn largest_displacement(&self) -> f64 {
-        let nodes = self.report.displacement.iter();
-        let lengths = nodes.map(|[x, y, z]| x.hypot(*y).hypot(*z));
-        lengths.fold(0.0, f64::max)
     }
 }
 

@@ -1,5 +1,7 @@
 //! The table of a sweep: one column for each setting and each figure of its datasets.
 
+use std::collections::BTreeMap;
+
 use contact3d::scene::escape_control;
 use runfile::{DatasetSpec, Extent, Kind, Reader, StoreError};
 use serde_json::Value;
@@ -149,6 +151,29 @@ impl SweepTable {
         }
         table.columns.extend(of_parts.into_iter().flatten());
         Ok(table)
+    }
+
+    /// How each case ended.
+    pub fn statuses(&self) -> Vec<String> {
+        let mut columns = self.columns.iter();
+        let status = columns.find(|column| column.name == "status");
+        status.map_or_else(Vec::new, |it| it.cells.iter().map(Cell::text).collect())
+    }
+
+    /// How many cases ended how.
+    pub fn counts(&self) -> BTreeMap<String, usize> {
+        let mut counts = BTreeMap::new();
+        for status in self.statuses() {
+            *counts.entry(status).or_default() += 1;
+        }
+        counts
+    }
+
+    /// The same in words.
+    pub fn counts_in_words(&self) -> String {
+        let counts = self.counts().into_iter();
+        let counts: Vec<String> = counts.map(|(status, n)| format!("{n} {status}")).collect();
+        format!("{} cases: {}", self.n_cases, counts.join(", "))
     }
 
     /// The columns of one dataset, `repeats` times those of one face or of the whole case.

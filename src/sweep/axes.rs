@@ -57,40 +57,16 @@ pub(super) struct Steps {
     pub(super) rows: Vec<Vec<toml::Value>>,
 }
 
-/// Refuses a scene in the place of a sweep file, and names the file beside it that is a sweep of it.
+/// Refuses a scene in the place of a sweep file.
 fn no_sweep(scene: &Path) -> InvalidValue {
-    let name = scene.file_name().unwrap_or_default();
-    let is_sweep = |path: &PathBuf| {
-        let text = std::fs::read_to_string(path).ok();
-        let table = text.and_then(|text| text.parse::<toml::Table>().ok());
-        let of = table.and_then(|table| Some(PathBuf::from(table.get("scene")?.as_str()?)));
-        of.is_some_and(|of| of.file_name() == Some(name))
-    };
-    let folder = scene
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let files = std::fs::read_dir(folder.unwrap_or(Path::new(".")))
-        .into_iter()
-        .flatten();
-    let files = files.filter_map(|file| Some(file.ok()?.path()));
-    let mut sweeps: Vec<PathBuf> = files
-        .filter(|path| path.extension().is_some_and(|end| end == "toml") && is_sweep(path))
-        .collect();
-    sweeps.sort();
+    let name = scene.file_name().unwrap_or_default().to_string_lossy();
     InvalidValue {
         key: escape_control(&scene.display().to_string()),
         expected: "a sweep file".into(),
         found: "a scene".into(),
-        help: match sweeps.first() {
-            Some(sweep) => format!(
-                "did you mean {}?",
-                escape_control(&sweep.display().to_string())
-            ),
-            None => format!(
-                "write a file with scene = {:?} and axes, as `contact3d-pipe help sweep` shows",
-                name.to_string_lossy()
-            ),
-        },
+        help: format!(
+            "write a file with scene = {name:?} and axes, as `contact3d-pipe help sweep` shows"
+        ),
     }
 }
 
@@ -121,17 +97,22 @@ impl SweepFile {
     ///
     /// Their number is checked before anything is made of them.
     pub(super) fn steps(&self, file: &Path, scene: &toml::Table) -> Result<Vec<Steps>, StageError> {
-        check_size(&self.axes, file)?;
+        let refuse_at = |place: String, expected: &str, found: String| {
+            StageError::from(SweepError::Axis {
+                file: file.to_owned(),
+                place,
+                expected: expected.to_owned(),
+                found,
+            })
+        };
+        let few = format!("at most {MOST_CASES} cases in a sweep");
         let mut merged: Vec<(Option<&str>, Steps)> = Vec::new();
         for (index, axis) in self.axes.iter().enumerate() {
-            let refuse = |expected: &str, found: String| {
-                StageError::from(SweepError::Axis {
-                    file: file.to_owned(),
-                    place: format!("axis {index}"),
-                    expected: expected.to_owned(),
-                    found,
-                })
-            };
+            let refuse =
+                |expected: &str, found| refuse_at(format!("axis {index}"), expected, found);
+            if axis.length() > MOST_CASES {
+                return Err(refuse(&few, axis.length().to_string()));
+            }
             let steps = axis
                 .steps(scene)
                 .map_err(|(expected, found)| refuse(expected, found))?;
@@ -151,7 +132,15 @@ impl SweepFile {
                 row.extend(more);
             }
         }
-        Ok(merged.into_iter().map(|(_, steps)| steps).collect())
+        let steps: Vec<Steps> = merged.into_iter().map(|(_, steps)| steps).collect();
+        let mut lengths = steps.iter().map(|steps| steps.rows.len());
+        let product = lengths.try_fold(1_usize, usize::checked_mul);
+        if product.is_some_and(|cases| cases <= MOST_CASES) {
+            return Ok(steps);
+        }
+        let lengths: Vec<String> = steps.iter().map(|it| it.rows.len().to_string()).collect();
+        let found = format!("{} of them", lengths.join(" x "));
+        Err(refuse_at("the axes together".into(), &few, found))
     }
 }
 
@@ -304,39 +293,6 @@ fn shortest_decimal(value: f64, rounding: f64) -> f64 {
 /// Most cases of one sweep: each is a file of the folder, and a plan holds the scene of each, some
 /// kilobytes.
 pub const MOST_CASES: usize = 100_000;
-
-/// Refuses axes whose product is larger than [`MOST_CASES`], without making anything of that size.
-fn check_size(axes: &[SweepAxis], file: &Path) -> Result<(), StageError> {
-    let refuse = |place: String, found: String| {
-        StageError::from(SweepError::Axis {
-            file: file.to_owned(),
-            place,
-            expected: format!("at most {MOST_CASES} cases in a sweep"),
-            found,
-        })
-    };
-    let mut lengths: Vec<(Option<&str>, usize)> = Vec::new();
-    for (index, axis) in axes.iter().enumerate() {
-        let (zip, length) = (axis.zip.as_deref(), axis.length());
-        if length > MOST_CASES {
-            return Err(refuse(format!("axis {index}"), length.to_string()));
-        }
-        if zip.is_none() || lengths.iter().all(|(other, _)| *other != zip) {
-            lengths.push((zip, length));
-        }
-    }
-    let product = lengths
-        .iter()
-        .try_fold(1_usize, |product, (_, length)| product.checked_mul(*length));
-    match product.filter(|cases| *cases <= MOST_CASES) {
-        Some(_) => Ok(()),
-        None => {
-            let lengths: Vec<String> = lengths.iter().map(|(_, n)| n.to_string()).collect();
-            let found = format!("{} of them", lengths.join(" x "));
-            Err(refuse("the axes together".into(), found))
-        }
-    }
-}
 
 /// The text of a file that lists scenes, a sweep or a suite, which may come through a pipe and be
 /// as long as a scene.

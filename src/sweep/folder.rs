@@ -8,7 +8,7 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
-use runfile::{Reader, StoreError, Temporary, lock_file, open_plain, remove_left_overs};
+use runfile::{Reader, StoreError, Temporary, is_locked, lock_file, open_plain, remove_left_overs};
 
 use super::{
     Plan, StageError, SweepError,
@@ -27,11 +27,8 @@ pub(super) fn refuse_others(plan: &Plan, folder: &Path) -> Result<(), StageError
     let ids: BTreeSet<&str> = plan.cases.iter().map(|case| case.id.as_str()).collect();
     let file = folder.join(SUMMARY_FILE);
     plan.inputs.refuse(&file)?;
-    let table = match Reader::open(&file, SWEEP_LAYOUT) {
-        Ok(reader) => Some(read_table_owner(&reader)?),
-        Err(StoreError::NotFound { .. }) => None,
-        Err(error) => return Err(error.into()),
-    };
+    let table = Reader::open_if_there(&file, SWEEP_LAYOUT)?;
+    let table = table.map(|table| read_table_owner(&table)).transpose()?;
     if let Some(table) = &table
         && !is_own(table, &ids, &plan.sweep_file_from(folder))
     {
@@ -115,6 +112,11 @@ pub(super) fn lock(
     let folder = folder.to_owned();
     let locked = lock_file(&folder.join(LOCK_FILE), try_lock)?;
     locked.ok_or_else(|| SweepError::Busy { folder }.into())
+}
+
+/// Whether a sweep is at work in a folder; asks, and locks nothing.
+pub fn is_busy(folder: &Path) -> bool {
+    is_locked(&folder.join(LOCK_FILE))
 }
 
 /// The file that holds the error of a failed case.

@@ -14,6 +14,7 @@ mod series;
 mod summary;
 
 pub use axes::{MOST_CASES, SweepFile, read_index};
+pub use folder::is_busy;
 pub use plan::{Case, Plan, changed as changed_scene};
 pub use run::{Event, Options, Outcome, run, run_case};
 pub use series::write as write_series;

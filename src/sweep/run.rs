@@ -4,8 +4,12 @@ use std::{
     collections::{BTreeMap, VecDeque},
     fs::File,
     path::Path,
-    sync::{Mutex, PoisonError},
+    sync::{
+        Mutex, PoisonError,
+        mpsc::{self, Receiver, RecvTimeoutError, Sender},
+    },
     thread,
+    time::Duration,
 };
 
 use contact3d::scene::Scene;
@@ -20,7 +24,10 @@ use super::{
 use crate::{
     format::{self, LAYOUT, Stage},
     output::Folder,
-    pipeline::{Session, StageError, StoreWhen, operator_settings, scene_bytes},
+    pipeline::{
+        Checkpoints, FIRST_COMMIT_SECONDS, Session, StageError, StoreWhen, operator_settings,
+        scene_bytes,
+    },
     report::SolvedRun,
 };
 
@@ -52,24 +59,30 @@ pub enum Event {
     Busy,
 }
 
+impl Event {
+    /// It in a word.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Kept => "kept",
+            Self::Computed(_) => "computed",
+            Self::Failed(_) => "failed",
+            Self::Busy => "busy",
+        }
+    }
+}
+
 /// How a sweep ended.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Outcome {
-    /// Cases finished before.
-    pub kept: usize,
-    /// Cases computed.
-    pub computed: usize,
-    /// Cases that failed.
-    pub failed: usize,
-    /// Cases that another process works on.
-    pub busy: usize,
+    /// How many cases became what, by its word.
+    pub counts: BTreeMap<&'static str, usize>,
     /// Finished cases, by their number in the plan, whose solve did not converge or whose mesh does not meet its target, with their status.
     pub not_converged: Vec<(usize, String)>,
     /// Warnings of the solutions computed, with the numbers of their cases in the plan.
     pub warnings: Vec<(usize, String)>,
 }
 
-/// Runs all cases that are not finished and writes the tables; `observe` sees every case by its index.
+/// Runs all cases that are not finished and writes the tables, also while cases end; `observe` sees every case by its index.
 ///
 /// Cases run in threads of their own, not in rayon tasks: a case waits for others, and a rayon task
 /// that waits may hold up the very work it waits for. Parallel loops inside a case share rayon's threads.
@@ -80,45 +93,70 @@ pub fn run(
     plan: &Plan,
     folder: &Path,
     options: &Options,
-    observe: &(dyn Fn(usize, &Event) + Sync),
+    observe: &dyn Fn(usize, &Event),
 ) -> Result<Outcome, StageError> {
     folder::refuse_others(plan, folder)?;
     let _folder = Folder::make(folder)?;
     let _lock = folder::lock(folder, File::try_lock)?;
+    let write = || summary::write(plan, folder);
+    let failed = |error| StageError::NotSummedUp(Box::new(error));
     if !folder.join(summary::SUMMARY_FILE).exists() {
         // The folder is this sweep's from the start, also if it is interrupted before its first table.
-        let claimed = summary::write(plan, folder);
-        claimed.map_err(|error| StageError::NotSummedUp(Box::new(error)))?;
+        write().map_err(failed)?;
     }
     let operators = Operators::new(needed(plan), options.memory);
     let queue = Mutex::new(chains(plan));
-    let outcome = Mutex::new(Outcome::default());
-    let work = || {
+    let work = |ended: Sender<(usize, Event)>| {
         while let Some(chain) = next(&queue) {
             for index in chain {
                 let event = attempt(plan, index, folder, options, &operators);
                 operators.done(&operator_key(&plan.cases[index].scene.scene));
-                outcome
-                    .lock()
-                    .unwrap_or_else(PoisonError::into_inner)
-                    .count(index, &event);
-                observe(index, &event);
+                let _ = ended.send((index, event));
             }
         }
     };
-    let started = thread::scope(|scope| {
-        let start = |_| thread::Builder::new().spawn_scoped(scope, work);
+    let mut outcome = thread::scope(|scope| {
+        let (ended, events) = mpsc::channel();
+        let start = |_| {
+            let (work, ended) = (&work, ended.clone());
+            thread::Builder::new().spawn_scoped(scope, move || work(ended))
+        };
         let started = (0..options.jobs.max(1)).map(start);
-        started.filter(Result::is_ok).count() > 0
+        match started.filter(Result::is_ok).count() {
+            0 => work(ended),
+            _ => drop(ended),
+        }
+        gather(&events, observe, || write().map(drop))
     });
-    if !started {
-        work();
-    }
-    let mut outcome = outcome.into_inner().unwrap_or_else(PoisonError::into_inner);
     outcome.warnings.sort();
-    let written = summary::write(plan, folder);
-    outcome.not_converged = written.map_err(|error| StageError::NotSummedUp(Box::new(error)))?;
+    outcome.not_converged = write().map_err(failed)?;
     Ok(outcome)
+}
+
+/// Counts the cases that end, and writes the tables of them where that costs no more than a twentieth of the time: a killed sweep
+/// shows them.
+fn gather(
+    events: &Receiver<(usize, Event)>,
+    observe: &dyn Fn(usize, &Event),
+    write: impl Fn() -> Result<(), StageError>,
+) -> Outcome {
+    let mut tables = Checkpoints::new(FIRST_COMMIT_SECONDS);
+    let mut outcome = Outcome::default();
+    let mut wait = Duration::MAX;
+    loop {
+        match events.recv_timeout(wait) {
+            Ok((index, event)) => {
+                outcome.count(index, &event);
+                observe(index, &event);
+                wait = tables.due_in();
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                tables.keep(&write);
+                wait = Duration::MAX;
+            }
+            Err(RecvTimeoutError::Disconnected) => return outcome,
+        }
+    }
 }
 
 /// Runs one case of a sweep, with the cases it starts from where they are not finished.
@@ -216,16 +254,16 @@ fn attempt(
 
 impl Outcome {
     fn count(&mut self, index: usize, event: &Event) {
-        match event {
-            Event::Kept => self.kept += 1,
-            Event::Computed(warnings) => {
-                self.computed += 1;
-                let warnings = warnings.iter().map(|words| (index, words.clone()));
-                self.warnings.extend(warnings);
-            }
-            Event::Failed(_) => self.failed += 1,
-            Event::Busy => self.busy += 1,
+        *self.counts.entry(event.word()).or_default() += 1;
+        if let Event::Computed(warnings) = event {
+            let warnings = warnings.iter().map(|words| (index, words.clone()));
+            self.warnings.extend(warnings);
         }
+    }
+
+    /// How many cases became what a word says.
+    pub fn count_of(&self, word: &str) -> usize {
+        self.counts.get(word).copied().unwrap_or(0)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use runfile::{GroupRecord, IfMissing, Reader, RunFile, StoreError, Transaction};
+use runfile::{GroupRecord, IfMissing, Reader, RunFile, Transaction};
 
 use super::{Plan, StageError, summary::number};
 use crate::{
@@ -42,10 +42,8 @@ pub fn write(
 fn sheets(plan: &Plan, folder: &Path) -> Result<Vec<Sheet>, StageError> {
     let mut sheets: Vec<Sheet> = Vec::new();
     for (place, case) in plan.cases.iter().enumerate() {
-        let reader = match Reader::open(&case.file(folder), LAYOUT) {
-            Ok(reader) => reader,
-            Err(StoreError::NotFound { .. }) => continue,
-            Err(error) => return Err(error.into()),
+        let Some(reader) = Reader::open_if_there(&case.file(folder), LAYOUT)? else {
+            continue;
         };
         let Some(mesh) = reader.group_record(Stage::Mesh.group())? else {
             continue;

@@ -6,8 +6,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use contact3d::{adaptation::AdaptiveStatus, scene::unit_of_key, solver::Status};
-use runfile::{GroupRecord, IfMissing, Reader, RunFile, StoreError, Transaction};
+use contact3d::{adaptation::AdaptiveStatus, scene::unit_of_key};
+use runfile::{GroupRecord, IfMissing, Reader, RunFile, Transaction};
 use units::Units;
 
 use super::{
@@ -40,9 +40,8 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<Vec<(usize, String)>, StageEr
     let planned = plan.cases.iter().zip(&rows).enumerate();
     let not_converged = planned.filter_map(|(number, (case, row))| {
         let results = row.results.as_ref()?;
-        let status = Status::named(&results.status);
-        if !status.is_some_and(|status| status.is_success(&case.scene.scene.solve)) {
-            return Some((number, results.status.clone()));
+        if !results.status.is_success(&case.scene.scene.solve) {
+            return Some((number, results.status.word().to_owned()));
         }
         let target = results
             .adaptation
@@ -114,21 +113,18 @@ fn row(
     let error = folder::read_failure(file);
     let results = match error {
         Some(_) => None,
-        None => match Reader::open(file, LAYOUT) {
-            Ok(reader) => format::read_case(&reader)?,
-            Err(StoreError::NotFound { .. }) => None,
-            Err(other) => return Err(other.into()),
+        None => match Reader::open_if_there(file, LAYOUT)? {
+            Some(reader) => format::read_case(&reader)?,
+            None => None,
         },
     };
     let status = match (&results, &error) {
         (_, Some(_)) => "failed",
-        (Some(results), None) => &results.status,
+        (Some(results), None) => results.status.word(),
         (None, None) => "missing",
     };
-    let why = || {
-        let results = results.as_ref()?;
-        failure(Status::named(&results.status)?, results.accuracy)
-    };
+    let solved = results.as_ref();
+    let why = || solved.and_then(|it| failure(it.status, it.accuracy));
     // An older case may leave a key out.
     let value = |key: &String| settings.iter().find(|(name, _)| name == key);
     let number_at = |key: &String| value(key).map_or(f64::NAN, |(_, value)| number(value));

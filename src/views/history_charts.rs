@@ -22,6 +22,7 @@ pub(super) fn charts(
     records: &[StepRecord],
     units: Units,
 ) -> impl Iterator<Item = (&'static str, Chart)> {
+    let records = StepRecord::solved(records);
     let all = [
         (FRICTION_LOOP, friction_loop(records, units)),
         (FORCE_DISPLACEMENT, force_displacement(records, units)),
@@ -96,7 +97,7 @@ fn energies(records: &[StepRecord], units: Units) -> Chart {
         "work of loads",
         "friction took",
         "normal work",
-        "unaccounted",
+        "energy imbalance",
     ];
     let sums: [fn(&StepRecord) -> f64; 4] = [
         |record| record.energies.load_work,

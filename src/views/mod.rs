@@ -18,4 +18,4 @@ pub use law::{draw_laws, drawing_of_laws};
 pub use picture::{are_drawn, draw_mesh, draw_run, drawing_of, figures_folder};
 pub use picture_folder::{Drawing, PictureFolder, folder_here};
 pub use report::report;
-pub use sweep::{draw_sweep, sweep_table};
+pub use sweep::{draw_sweep, read_sweep, sweep_table};

@@ -22,10 +22,7 @@ use super::{
 };
 use crate::{
     format::{self, LAYOUT, SWEEP_LAYOUT},
-    pipeline::{
-        OpenRun, Results, StageError, StageState, read_levels, read_results,
-        studies::accuracy_input,
-    },
+    pipeline::{OpenRun, Results, StageError, StageState, read_results, studies::accuracy_input},
     report::{self, FigureTable, Figures, SolvedRun, studies as tables},
 };
 
@@ -60,34 +57,26 @@ pub(super) fn footer(path: &Path) -> String {
 }
 
 fn file_page(path: &Path, interactive: bool) -> Result<Page, StageError> {
-    let reader = match Reader::open(path, LAYOUT) {
+    let run = match Reader::open(path, LAYOUT) {
         Err(_) if Reader::open(path, SWEEP_LAYOUT).is_ok() => {
-            let folder = path
-                .parent()
-                .filter(|folder| !folder.as_os_str().is_empty());
-            let folder = folder.unwrap_or(Path::new(".")).display();
-            return Err(StageError::Unfit {
-                file: path.to_owned(),
-                reason: format!("this is the table of a sweep; give its folder: `report {folder}`"),
-            });
+            return sweep::page(path.parent().unwrap_or(path), interactive);
         }
-        opened => opened?,
+        opened => OpenRun::of(opened?, path)?,
     };
-    let run = OpenRun::of(reader, path)?;
     let (reader, scene) = (&run.reader, &run.input.scene);
     let sizes = format::read_sizes(reader, &|stage| run.is_fresh(stage))?;
     let (mut sections, mut warning) = (Vec::new(), None);
     if run.states.iter().all(StageState::is_fresh) {
         let results = read_results(reader, &run.input)?;
-        let levels = read_levels(reader, scene)?.map(|(_, status)| status);
-        let solved = SolvedRun::new(scene, &results).after_levels(levels);
+        let ended = run.levels.as_ref().map(|(_, status)| *status);
+        let solved = SolvedRun::new(scene, &results).after_levels(ended);
         warning = solved.stamp();
         sections = result_sections(path, &solved, &results, interactive)?;
     }
     sections.push(scene_section(scene, &report::features(scene, &sizes)));
     sections.push(stages_section(reader, scene, &run.states)?);
     let studies = [
-        ("levels", "Adaptive levels", levels_parts(reader, scene)),
+        ("levels", "Adaptive levels", Ok(levels_parts(&run))),
         ("branches", "Paths of solutions", branches_parts(reader)),
         ("bound", "A bound of the error", bound_parts(reader, scene)),
         (
@@ -257,15 +246,13 @@ fn accuracy_parts(reader: &Reader, scene: &Scene) -> Result<Option<Vec<PagePart>
 }
 
 /// The levels of an adaptive mesh; `None` where the scene asks for none, or none is stored.
-fn levels_parts(reader: &Reader, scene: &Scene) -> Result<Option<Vec<PagePart>>, StageError> {
-    let levels = read_levels(reader, scene)?;
-    let (Some(adapt), Some((adaptation, _))) = (scene.adapt, levels) else {
-        return Ok(None);
-    };
-    let charts = charts::adaptation(&adaptation.levels, adapt.error);
-    let table = report::adaptation_table(scene, &adaptation, adapt.error);
+fn levels_parts(run: &OpenRun) -> Option<Vec<PagePart>> {
+    let scene = &run.input.scene;
+    let (target, (adaptation, _)) = (scene.adapt?.error, run.levels.as_ref()?);
+    let charts = charts::adaptation(&adaptation.levels, target);
+    let table = report::adaptation_table(scene, adaptation, target);
     let charts = charts.iter().map(PagePart::chart);
-    Ok(Some(charts.chain(table_parts(&table)).collect()))
+    Some(charts.chain(table_parts(&table)).collect())
 }
 
 /// The paths of solutions; `None` where none were followed.

@@ -18,7 +18,7 @@ use super::{
 use crate::{
     format::SWEEP_LAYOUT,
     pipeline::StageError,
-    report::{Cell, Column, SweepTable},
+    report::{Column, SweepTable},
 };
 
 /// The table of a sweep's folder.
@@ -26,14 +26,15 @@ pub fn sweep_table(folder: &Path) -> PathBuf {
     folder.join("summary.h5")
 }
 
-fn read(folder: &Path) -> Result<SweepTable, StageError> {
+/// Reads it.
+pub fn read_sweep(folder: &Path) -> Result<SweepTable, StageError> {
     let reader = Reader::open(&sweep_table(folder), SWEEP_LAYOUT)?;
     Ok(SweepTable::read(&reader)?)
 }
 
 /// Draws what varies in the table of a sweep's folder, SVG and PNG; returns the files.
 pub fn draw_sweep(sweep: &Path, figures: &PictureFolder) -> Result<Vec<PathBuf>, StageError> {
-    let table = read(sweep)?;
+    let table = read_sweep(sweep)?;
     figures.save_charts(charts(&table))
 }
 
@@ -45,7 +46,7 @@ pub(super) fn page(folder: &Path, interactive: bool) -> Result<Page, StageError>
             reason: "a sweep has no body of its own; take the run file of a case, or leave out --interactive".into(),
         });
     }
-    let table = read(folder)?;
+    let table = read_sweep(folder)?;
     let charts = charts(&table);
     let mut sections = Vec::new();
     if !charts.is_empty() {
@@ -61,11 +62,11 @@ pub(super) fn page(folder: &Path, interactive: bool) -> Result<Page, StageError>
         head: table.columns.iter().map(Column::title).collect(),
         rows: (0..table.n_cases).map(row).collect(),
     });
-    sections.push(Section::new("summary", "Runs", vec![cases]));
+    sections.push(Section::new("summary", "Cases", vec![cases]));
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     Ok(Page {
         title: format!("Sweep {name}"),
-        subtitle: format!("{} runs", table.n_cases),
+        subtitle: table.counts_in_words(),
         warning: String::new(),
         footer: footer(folder),
         sections,
@@ -135,7 +136,7 @@ fn charts(table: &SweepTable) -> Vec<(&'static str, Chart)> {
     let (legend, names) = lines(&settings, table);
     // Forces below this share of the largest force of a sweep are rounding, and not drawn.
     let least_force = 1e-10 * largest_force(table);
-    let statuses = statuses(table);
+    let statuses = table.statuses();
     let drawn = RESULTS.iter().chain(solves).filter_map(|&(column, label)| {
         let y = table.columns.iter().find(|other| other.name == column)?;
         let values = numbers(y);
@@ -153,14 +154,6 @@ fn charts(table: &SweepTable) -> Vec<(&'static str, Chart)> {
         })
     });
     drawn.collect()
-}
-
-/// How each case ended.
-fn statuses(table: &SweepTable) -> Vec<String> {
-    let column = table.columns.iter().find(|column| column.name == "status");
-    column.map_or_else(Vec::new, |column| {
-        column.cells.iter().map(Cell::text).collect()
-    })
 }
 
 fn is_force(column: &Column) -> bool {
@@ -188,10 +181,9 @@ fn lines(settings: &[&Column], table: &SweepTable) -> (String, Vec<String>) {
     let title = |key: &&Column| {
         let unit = unit_of_key(&key.name, table.units);
         let words = key_words(&key.name);
-        if unit.is_none() {
-            words
-        } else {
-            format!("{words} [{}]", unit.word())
+        match unit.is_none() {
+            true => words,
+            false => format!("{words} [{}]", unit.word()),
         }
     };
     let keys: Vec<String> = settings.iter().map(title).collect();
@@ -268,10 +260,9 @@ fn chart(
 }
 
 fn axis(label: &str, unit: Unit, is_logarithmic: bool) -> ChartAxis {
-    if is_logarithmic {
-        ChartAxis::logarithmic(label, unit)
-    } else {
-        ChartAxis::linear(label, unit)
+    match is_logarithmic {
+        true => ChartAxis::logarithmic(label, unit),
+        false => ChartAxis::linear(label, unit),
     }
 }
 

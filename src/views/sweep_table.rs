@@ -40,12 +40,9 @@ pub(super) fn names(column: &Column) -> Vec<String> {
     };
     let shorts: BTreeSet<String> = column.cells.iter().map(short).collect();
     let tells_apart = shorts.len() == distinct(column).len();
-    let name = |cell: &Cell| {
-        if tells_apart {
-            short(cell)
-        } else {
-            cell.text()
-        }
+    let name = |cell: &Cell| match tells_apart {
+        true => short(cell),
+        false => cell.text(),
     };
     column.cells.iter().map(name).collect()
 }

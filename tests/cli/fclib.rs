@@ -71,16 +71,6 @@ fn an_exported_solution_solves_the_exported_problem() {
 }
 
 #[test]
-fn problems_of_others_are_for_siconos() {
-    let text = refused(&Program::new(), &["solve-fclib", "problem.hdf5"]);
-    assert!(
-        text.contains("Siconos") && text.contains("export"),
-        "{text}"
-    );
-    assert!(!text.contains("a similar subcommand"), "{text}");
-}
-
-#[test]
 fn laws_that_fclib_cannot_hold_are_refused_with_the_reason() {
     for (change, word) in [
         (

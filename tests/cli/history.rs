@@ -2,7 +2,7 @@
 
 use std::{
     fs,
-    process::Command,
+    process::{Command, Stdio},
     thread::sleep,
     time::{Duration, Instant},
 };
@@ -143,7 +143,6 @@ fn a_killed_history_goes_on_with_the_same_bits() {
             &scene,
             file,
             "--no-figures",
-            "--quiet",
             "--set",
             "body.brick.cells=[12,4,4]",
             "--set",
@@ -154,6 +153,7 @@ fn a_killed_history_goes_on_with_the_same_bits() {
     let command = |file| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_contact3d-pipe"));
         command.current_dir(program.path("")).args(arguments(file));
+        command.stdout(Stdio::null()).stderr(Stdio::piped());
         command
     };
     assert!(command("whole.h5").status().expect("runs").success());
@@ -182,14 +182,21 @@ fn a_killed_history_goes_on_with_the_same_bits() {
             break;
         }
         child.kill().expect("a child");
-        child.wait().expect("a child");
+        let said = child.wait_with_output().expect("a child").stderr;
+        if let Some(before) = before {
+            let said = String::from_utf8_lossy(&said).into_owned();
+            let resumed = format!("goes on after increment {before} of 1501 (step ");
+            assert!(said.contains(&resumed), "{said}");
+        }
         let part = done().unwrap_or(0);
         if (1..1501).contains(&part) {
             interrupted += 1;
             let status = program.command(&["status", "killed.h5"]).assert().success();
             let text = String::from_utf8_lossy(&status.get_output().stdout).into_owned();
-            let kept = format!("{part} of 1501 increments are kept");
+            let kept = format!("{part} of 1501 increments are kept, the last step ");
             assert!(text.contains(&kept), "{text}");
+            let idle = "no command is at work on this file: `run` goes on with them";
+            assert!(text.contains(idle), "{text}");
         }
     }
     assert!(interrupted >= 1, "no kill left a part of the history");
@@ -258,10 +265,19 @@ fn a_step_that_fails_ends_the_history_and_is_said() {
         "{said}"
     );
     let reader = Reader::open(&program.path("run.h5"), LAYOUT).expect("a run file");
-    assert_eq!(
-        reader.read_vec::<f64>("/history/time").expect("times"),
-        [1.0]
+    let stored = |path: &str| reader.read_vec::<f64>(path).expect("numbers");
+    assert_eq!(stored("/history/time"), [1.0]);
+    // What has no solution has no energies and no forces but the applied ones.
+    for unknown in ["load_work", "strain_energy", "contact_force", "clamp_force"] {
+        let values = stored(&format!("/history/{unknown}"));
+        assert!(values.iter().all(|value| value.is_nan()), "{unknown}");
+    }
+    assert!(
+        stored("/history/applied_force")
+            .iter()
+            .all(|it| it.is_finite())
     );
+    assert!(!said.contains("NaN"), "{said}");
 }
 
 #[test]

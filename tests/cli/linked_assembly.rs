@@ -64,6 +64,14 @@ fn large_assemblies_live_beside_the_run_file() {
         "{text}"
     );
 
+    let scene = pipeline("newton.toml");
+    let again = ["run", scene.to_str().unwrap(), "run.h5", "--no-figures"];
+    let mut again = program.command(&again);
+    let again = again.args(["--linked", "--set", SMALL]).assert().success();
+    let told = String::from_utf8_lossy(&again.get_output().stdout).into_owned();
+    let name = linked.file_name().unwrap().to_str().unwrap();
+    assert!(told.contains(&format!("run.h5, {name}\n")), "{told}");
+
     // Lost: said with its name, stale, and made again.
     let bytes = fs::read(&linked).unwrap();
     fs::remove_file(&linked).unwrap();

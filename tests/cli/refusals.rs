@@ -304,11 +304,3 @@ fn a_machine_that_fails_midway_keeps_what_was_stored() {
     let text = String::from_utf8_lossy(&again.get_output().stderr).into_owned();
     assert!(text.contains("assemble  fresh, kept"), "{text}");
 }
-
-#[test]
-fn a_command_that_is_gone_says_where_its_task_is() {
-    let program = Program::new();
-    let output = program.command(&["theory", "scene.toml"]).assert().code(2);
-    let text = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
-    assert!(text.contains("python -m contact3d.theory SCENE"), "{text}");
-}

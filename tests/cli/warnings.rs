@@ -275,6 +275,18 @@ friction.coefficient.ramp = { initial = 0.1, residual = 0.9, onset = 0.0, rate =
         "{text}"
     );
     assert!(!text.contains("slides"), "{text}");
+    // Pressed alone it spreads to all sides, and no force is left of what panes bear.
+    let pressed = block.replace("[3e5, 0.0, 0.0]", "[0.0, 0.0, 0.0]");
+    let (_, text) = scene(&pressed, &[]);
+    assert!(text.contains("0 % of what friction can bear, "), "{text}");
+    assert!(
+        text.contains(" % on panes, which oppose each other"),
+        "{text}"
+    );
+    // Within 3e-8 of what friction bears it slides by millimetres, a thousand times what it deforms by.
+    let limit = block.replace(ramp, "friction.coefficient.constant = 0.30000001");
+    let (_, text) = scene(&limit, &[]);
+    assert!(text.contains("warning: the body slides by 0."), "{text}");
 }
 
 /// A push of 0.2 m along a ball of 2 m turns the normal by 0.1, nearly 6 degrees.

@@ -6,6 +6,9 @@ use std::{
     time::{Duration, Instant},
 };
 
+use contact3d_pipe::SWEEP_LAYOUT;
+use runfile::Reader;
+
 use crate::program::{FRICTION, SLOW, STEPPED, Sweep, names};
 
 /// Numbers with no pattern that matters, the same in every run of the test.
@@ -111,13 +114,46 @@ fn a_killed_sweep_of_histories_goes_on_to_the_same_bits() {
     assert_eq!(sweep.digests("killed"), sweep.digests("whole"));
 }
 
-/// Forty cases of about a tenth of a second, interrupted once the first has a file.
+/// Forty cases of about a tenth of a second.
+const FORTY: &str = "[set]\n\"body.brick.cells\" = [24, 8, 8]\n[[axis]]\nkey = \"traction.0.value.0\"\n\
+                     range = { from = 1e6, to = 1e7, count = 40 }\n";
+
+/// Killed as soon as its table has a finished case, which the end of the sweep alone would have had to write before.
+#[test]
+fn a_killed_sweep_shows_the_cases_that_are_done() {
+    let sweep = Sweep::new(FORTY);
+    let mut child = sweep.command(&["sweep.toml", "out"]).spawn().unwrap();
+    let done = || {
+        let table = Reader::open(&sweep.path("out/summary.h5"), SWEEP_LAYOUT);
+        let statuses = table.and_then(|it| it.read_texts("/cases/status"));
+        let statuses = statuses.unwrap_or_default().into_iter();
+        statuses.filter(|status| status == "converged").count()
+    };
+    while done() == 0 {
+        let ended = child.try_wait().unwrap();
+        assert!(ended.is_none(), "it ended before its table had a case");
+        sleep(Duration::from_millis(5));
+    }
+    let at_work = sweep.said(&["status", "out"]);
+    assert!(at_work.contains("a sweep is at work"), "{at_work}");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let shown = done();
+    let counts = |shown: usize| format!("40 cases: {shown} converged, {} missing", 40 - shown);
+    let status = sweep.said(&["status", "out"]);
+    assert!(status.contains(&counts(shown)), "{status}");
+    assert!(status.contains("no sweep is at work"), "{status}");
+    sweep.said(&["report", "out", "page.html"]);
+    let page = std::fs::read_to_string(sweep.path("page.html")).unwrap();
+    assert!(page.contains(&counts(shown)));
+    sweep.said(&["sweep", "summary", "sweep.toml", "out"]);
+    assert!((shown..40).contains(&done()), "{shown}, {}", done());
+}
+
+/// Interrupted once the first case has a file.
 #[test]
 fn an_interrupted_sweep_says_how_many_cases_it_keeps() {
-    let sweep = Sweep::new(
-        "[set]\n\"body.brick.cells\" = [24, 8, 8]\n[[axis]]\nkey = \"traction.0.value.0\"\n\
-         range = { from = 1e6, to = 1e7, count = 40 }\n",
-    );
+    let sweep = Sweep::new(FORTY);
     let child = sweep.command(&["sweep.toml", "out"]).spawn();
     let child = child.unwrap();
     let deadline = Instant::now() + Duration::from_secs(60);

@@ -38,14 +38,24 @@ impl Sweep {
     }
 
     pub(crate) fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = self.program();
+        command.arg("sweep").args(arguments);
+        command
+    }
+
+    fn program(&self) -> Command {
         let mut command = Command::cargo_bin("contact3d-pipe").expect("built program");
+        let command_in = command.current_dir(self.folder.path());
+        command_in.stderr(Stdio::piped()).stdout(Stdio::piped());
         command
-            .current_dir(self.folder.path())
-            .arg("sweep")
-            .args(arguments)
-            .stderr(Stdio::piped())
-            .stdout(Stdio::piped());
-        command
+    }
+
+    /// What another command says that succeeds.
+    pub(crate) fn said(&self, arguments: &[&str]) -> String {
+        let output = self.program().args(arguments).output().expect("a process");
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success(), "{arguments:?}: {text}");
+        text
     }
 
     /// Runs the sweep to a folder and returns its exit code and what it said.

@@ -2,12 +2,10 @@
 
 use std::{
     fs,
-    process::Command,
     thread::sleep,
     time::{Duration, Instant},
 };
 
-use assert_cmd::cargo::CommandCargoExt;
 use contact3d_pipe::{LAYOUT, SWEEP_LAYOUT};
 use hdf5_metno::File;
 use runfile::Reader;
@@ -104,26 +102,23 @@ friction.coefficient.constant = 0.3
 }
 
 #[test]
-fn commands_for_run_files_name_the_folder_of_a_sweep() {
+fn commands_for_run_files_take_sweeps() {
     let sweep = Sweep::new(AXIS);
     assert_eq!(sweep.run("out", &[]).0, 0);
-    for (arguments, advice) in [
-        (["status", "out"], "`report out` shows its cases"),
-        (
-            ["report", "out/summary.h5"],
-            "give its folder: `report out`",
-        ),
-    ] {
-        let mut command = Command::cargo_bin("contact3d-pipe").unwrap();
-        let output = command
-            .current_dir(sweep.path(""))
-            .args(arguments)
-            .output()
-            .unwrap();
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.contains(advice), "{said}");
-    }
+    let n_cases = sweep.plan().len();
+    let counts = format!("{n_cases} cases: {n_cases} converged");
+    let status = sweep.said(&["status", "out"]);
+    assert!(
+        status.contains(&counts) && !status.contains("goes on"),
+        "{status}"
+    );
+    let json: serde_json::Value =
+        serde_json::from_str(&sweep.said(&["status", "out", "--json"])).unwrap();
+    assert_eq!(json["status"]["converged"], n_cases);
+    assert_eq!(json["is_busy"], false);
+    sweep.said(&["report", "out/summary.h5", "page.html"]);
+    let page = fs::read_to_string(sweep.path("page.html")).unwrap();
+    assert!(page.contains(&counts));
 }
 
 #[test]
@@ -292,11 +287,27 @@ fn tables_have_the_results_of_each_of_several_faces() {
         }
         assert_eq!(cells.len(), head.len());
     }
-    // One face has no such columns.
+    // One face has no such columns; a sum over several has no size.
+    assert!(
+        numbers("/cases/friction_force")
+            .iter()
+            .all(|it| it.is_nan())
+    );
     let sweep = Sweep::new(AXIS);
     assert_eq!(sweep.run("out", &[]).0, 0);
     let summary = Reader::open(&sweep.path("out/summary.h5"), SWEEP_LAYOUT).unwrap();
     assert!(!summary.has("/cases/face_names"));
+    let numbers = |path: &str| summary.read_vec::<f64>(path).unwrap();
+    let pairs = numbers("/cases/tangential_force");
+    let sizes = pairs.as_chunks::<2>().0.iter().map(|[a, b]| a.hypot(*b));
+    assert!(sizes.eq(numbers("/cases/friction_force")));
+    let along = numbers("/cases/largest_displacement_along");
+    let largest = numbers("/cases/largest_displacement");
+    for (along, largest) in along.as_chunks::<3>().0.iter().zip(largest) {
+        // No node moves less than along an axis, nor more than all largest motions together.
+        let [x, y, z] = *along;
+        assert!(largest >= x.max(y).max(z) && largest <= x.hypot(y).hypot(z));
+    }
 }
 
 /// What a spreadsheet would compute is a text, and what a terminal would obey is seen.

@@ -34,7 +34,7 @@ pub use header::{
 pub use layout::{Axis, DatasetSpec, EnumSpec, Extent, Group, Kind, Layout, Presence, Storage};
 pub use lock::{IfMissing, RunFile, Savepoint};
 pub use matrix::{SparseMatrix, SparseView};
-pub use plain_file::{follow_link, is_still_at, lock_file, open_plain, open_stream};
+pub use plain_file::{follow_link, is_locked, is_still_at, lock_file, open_plain, open_stream};
 pub use reader::Reader;
 pub use schema::{schema_json, schema_page};
 pub use signals::{Temporary, install as install_signal_handlers, last_commit, remove_left_overs};

@@ -11,7 +11,7 @@ use crate::atomic_file::sync_folder;
 use crate::error::{AtFile, StoreError};
 use crate::external::linked_names;
 use crate::layout::Layout;
-use crate::plain_file::{follow_link, lock_file};
+use crate::plain_file::{follow_link, is_locked, lock_file};
 use crate::reader::Reader;
 use crate::signals::{Temporary, left_overs};
 
@@ -66,6 +66,12 @@ impl RunFile {
         };
         run_file.remove_left_overs()?;
         Ok(run_file)
+    }
+
+    /// Whether another process has a run file locked; asks, and locks nothing.
+    #[must_use]
+    pub fn is_busy(path: &Path) -> bool {
+        locate(path).is_ok_and(|(folder, name)| is_locked(&hidden(&folder, &name, ".lock")))
     }
 
     fn remove_left_overs(&self) -> Result<(), StoreError> {

@@ -2,7 +2,8 @@
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
-use std::{env, io};
+use std::time::Duration;
+use std::{env, io, thread};
 
 use crate::error::{AtFile, StoreError};
 
@@ -79,6 +80,7 @@ pub fn lock_file(
     path: &Path,
     lock: impl Fn(&File) -> Result<(), TryLockError>,
 ) -> Result<Option<File>, StoreError> {
+    let mut is_again = false;
     loop {
         let mut options = File::options();
         options.create(true).truncate(false).write(true);
@@ -87,6 +89,11 @@ pub fn lock_file(
             // Its owner may have removed it since it was opened.
             Ok(()) if !is_still_at(&file, path) => {}
             Ok(()) => return Ok(Some(file)),
+            // Who only asks whether it is locked has it for a moment.
+            Err(TryLockError::WouldBlock) if !is_again => {
+                is_again = true;
+                thread::sleep(Duration::from_millis(10));
+            }
             Err(TryLockError::WouldBlock) => return Ok(None),
             Err(TryLockError::Error(source)) if is_unsupported(&source) => {
                 return match env::var(LOCKING).as_deref() {
@@ -100,6 +107,13 @@ pub fn lock_file(
             Err(TryLockError::Error(source)) => Err(source).at_file(path, "lock the lock file")?,
         }
     }
+}
+
+/// Whether another process has a lock file locked for itself; false where there is none.
+#[must_use]
+pub fn is_locked(path: &Path) -> bool {
+    let file = open_plain(path, File::options().read(true));
+    file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
 #[cfg(unix)]

@@ -13,6 +13,8 @@ pub struct AdaptiveLevel {
     pub n_free: usize,
     /// Multipliers.
     pub n_multipliers: usize,
+    /// Panes in contact, of a load history in its last increment.
+    pub n_closed: usize,
     /// Estimated error over ‖u_h‖_A; see [`ErrorEstimate::relative`](crate::post::ErrorEstimate::relative). Of a load history the largest
     /// of its increments, as [`HistoryErrors`](crate::history::HistoryErrors) measures them; NaN where it ended early, and without a solution, and 1 where the panes of the mesh alone cannot hold the body.
     pub estimated_error: f64,
@@ -64,6 +66,14 @@ impl Adaptation {
         let is_met = |error: f64| error <= target && error < 1.0;
         let meets = |l: &AdaptiveLevel| l.status.is_solved() && is_met(l.estimated_error);
         self.levels.iter().position(meets)
+    }
+
+    /// The level on which contact first appears, if coarser ones have none: their errors are those of a body that nothing touches.
+    #[must_use]
+    pub fn first_in_contact(&self) -> Option<usize> {
+        let first = self.levels.iter().position(|level| level.n_closed > 0);
+        let is_solved = |level: &AdaptiveLevel| level.status.is_solved();
+        first.filter(|first| *first > 0 && self.levels[..*first].iter().all(is_solved))
     }
 
     /// Whether the quantity grew by more than a tenth on each of three levels, and hardly less on the last: on levels that cut the panes at
@@ -209,6 +219,28 @@ mod tests {
         };
         assert_eq!(status(1.0), AdaptiveStatus::Refining);
         assert_eq!(status(f64::NAN), AdaptiveStatus::NotConverged);
+    }
+
+    #[test]
+    fn contact_that_coarse_meshes_miss_appears_on_a_level() {
+        let first = |closed: &[usize], coarsest: Status| {
+            let of = |n_closed: &usize| AdaptiveLevel {
+                n_closed: *n_closed,
+                ..level(100, 0.5, 1.0)
+            };
+            let mut levels: Vec<AdaptiveLevel> = closed.iter().map(of).collect();
+            levels[0].status = coarsest;
+            let adaptation = Adaptation {
+                levels,
+                ..Adaptation::default()
+            };
+            adaptation.first_in_contact()
+        };
+        assert_eq!(first(&[0, 0, 3, 5], Status::Converged), Some(2));
+        assert_eq!(first(&[1, 4], Status::Converged), None);
+        assert_eq!(first(&[0, 0], Status::Converged), None);
+        // Panes that hold no body touch all the same.
+        assert_eq!(first(&[0, 4], Status::NoEquilibrium), None);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::{
     contact::transferred,
     history::{HistoryErrors, StepRecord},
     mesh::{Mesh, RefinableBody, RefinedLevel},
-    post::ContactReport,
+    post::{ContactReport, Zone},
     scene::{Functional, InvalidValue, Scene},
     solver::{Solution, Start},
 };
@@ -371,6 +371,7 @@ impl AdaptiveLevel {
             n_tetrahedra: level.mesh.tetrahedra.len(),
             n_free: level.solution.displacement.len(),
             n_multipliers: level.solution.multiplier.len(),
+            n_closed: level.report.panes.len() - level.report.count(Zone::Open),
             estimated_error: estimated_error
                 .ok_or_else(|| nothing_to_refine_for(of, level.has_dense_operator))?,
             status: level.solution.status,

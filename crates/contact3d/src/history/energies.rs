@@ -30,6 +30,17 @@ pub struct StepEnergies {
     pub imbalance: f64,
 }
 
+impl StepEnergies {
+    /// Those of an increment without a solution.
+    pub(super) const NONE: Self = Self {
+        strain: f64::NAN,
+        load_work: f64::NAN,
+        normal_work: f64::NAN,
+        dissipation: f64::NAN,
+        imbalance: f64::NAN,
+    };
+}
+
 /// What drives the body, tractions, pressures and clamps that move, or the body force where there are none, and what the works of the next
 /// increment need of the last one.
 pub(crate) struct EnergyLedger {

@@ -89,13 +89,42 @@ impl StepRecord {
         |record| record.multiplier_force[0],
     ];
 
+    /// The increments with a solution: all but the last where that has none.
+    #[must_use]
+    pub fn solved(records: &[Self]) -> &[Self] {
+        match records {
+            [solved @ .., last] if !last.status.is_solved() => solved,
+            all => all,
+        }
+    }
+
+    /// The record with NaN for forces, means and energies where the increment has no solution.
+    pub(crate) fn known_part(self) -> Self {
+        if self.status.is_solved() {
+            return self;
+        }
+        let none = [f64::NAN; 3];
+        let [clamp_force, contact_force, multiplier_force, loaded_force] = [none; 4];
+        Self {
+            forces: vec![none; self.forces.len()],
+            clamp_force,
+            contact_force,
+            multiplier_force,
+            loaded_force,
+            loaded_displacement: none,
+            contact_displacement: [f64::NAN; 2],
+            face_dissipation: vec![f64::NAN; self.face_dissipation.len()],
+            energies: StepEnergies::NONE,
+            ..self
+        }
+    }
+
     /// The place of the solved increment with the largest load of a kind, of the last of equal ones.
     #[must_use]
     pub fn loaded_most(records: &[Self], load: fn(&Self) -> f64) -> usize {
-        let load = |place: &usize| load(&records[*place]);
-        let solved = (0..records.len()).filter(|place| records[*place].status.is_solved());
-        let most = solved.max_by(|a, b| load(a).total_cmp(&load(b)));
-        most.unwrap_or(0)
+        let loads = Self::solved(records).iter().map(load).enumerate();
+        let most = loads.max_by(|(_, a), (_, b)| a.total_cmp(b));
+        most.map_or(0, |(place, _)| place)
     }
 
     /// Numbers of open, sticking and slipping panes.

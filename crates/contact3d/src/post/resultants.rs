@@ -36,6 +36,8 @@ pub struct Resultants {
     pub load_work: f64,
     /// Work of the clamps' reactions on prescribed displacements in J; `None` where all clamps hold at zero.
     pub clamp_work: Option<f64>,
+    /// max |u| over the nodes in m.
+    pub largest_displacement: f64,
     /// max |u_x|, |u_y|, |u_z| over the nodes in m.
     pub largest_displacement_along: [f64; 3],
     /// The forces of the foundation; `None` without contact.
@@ -113,6 +115,10 @@ impl Resultants {
             spring_energy: spring_work.map(|work| -0.5 * work),
             load_work,
             clamp_work,
+            largest_displacement: {
+                let lengths = displacement.iter().map(|[x, y, z]| x.hypot(*y).hypot(*z));
+                lengths.fold(0.0, f64::max)
+            },
             largest_displacement_along: std::array::from_fn(|c| {
                 displacement
                     .iter()

@@ -67,6 +67,10 @@ impl AssembledProblem {
         }
         let increments = self.scene().increments();
         records.truncate(increments.len().saturating_sub(1));
+        if let Some(last) = records.last() {
+            let counts = [records.len(), increments.len()];
+            storage.observe(RunStep::Resuming(last.increment, counts));
+        }
         let recovery = StressRecovery::new(self.mesh());
         let along_curves = self.closes_along_curves();
         let last = match records.as_slice() {
@@ -127,7 +131,7 @@ impl AssembledProblem {
                 record.slip_origin = nodes.map(|node| interface.slip_origin(node)).collect();
             }
             let record = ledger.record(record, &of, before, report)?;
-            records.push(record);
+            records.push(record.known_part());
             let failed = !solution.status.is_success(settings);
             if failed || is_last {
                 return Ok(solved(problem, assessed, records));

@@ -17,6 +17,8 @@ pub enum RunStep<'a> {
     Assembling(&'static str),
     /// How far that step is, to be read while it is at work.
     Counting(&'static str, &'a Arc<Work>),
+    /// A load history goes on after an increment, which is one of how many.
+    Resuming(Increment, [usize; 2]),
     /// A step of the solver, with its increment in a load history.
     Solving(Option<Increment>, Progress<'a>),
 }

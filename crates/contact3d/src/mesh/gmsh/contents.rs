@@ -24,8 +24,9 @@ pub(super) struct Contents {
 }
 
 impl Contents {
-    /// Adds a set of physical groups and gives its index.
+    /// Adds a set of physical groups, of which 0 is none, and gives its index.
     pub(super) fn membership(&mut self, mut groups: Vec<i64>) -> usize {
+        groups.retain(|group| *group != 0);
         if groups.is_empty() {
             return 0;
         }
@@ -181,21 +182,14 @@ impl Contents {
         element: &MeshElement<K>,
         groups: [i64; 2],
     ) -> GmshFlaw {
-        let (dimension, kind, help) = if K == 4 {
-            (
-                3,
-                "volume",
-                "take the volume out of one of the two groups, or choose groups: python -m contact3d.convert mesh.msh part.msh --sets NAME ...",
-            )
+        let (dimension, kind) = if K == 4 {
+            (3, "volume")
         } else {
-            (
-                2,
-                "surface",
-                "take the surface out of one of the two groups, or choose groups: python -m contact3d.convert mesh.msh part.msh --sets NAME ...",
-            )
+            (2, "surface")
         };
         let [first, second] = groups.map(|group| self.group_name(dimension, group));
         let expected = format!("one physical {kind}");
+        let help = "take it out of one of the two groups, or choose groups: python -m contact3d.convert mesh.msh part.msh --sets NAME ...";
         element.flaw(expected, format!("{first:?} and {second:?}"), help)
     }
 }

@@ -202,7 +202,7 @@ fn nodes_v2(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshFl
 /// The first of the tags is the physical group (0 for none, negative for the reversed
 /// orientation); an element in several groups stands in several lines.
 fn elements_v2(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshFlaw> {
-    let mut memberships = HashMap::from([(0, contents.membership(Vec::new()))]);
+    let mut memberships = HashMap::new();
     for _ in 0..count_line(scanner, "elements", 8)? {
         scanner.begin_record();
         let place = scanner.place();

@@ -199,6 +199,11 @@ fn bodies_without_physical_volumes_have_no_groups() {
     let mesh = parse(half.as_bytes()).unwrap();
     assert_eq!(mesh.tetrahedron_group, [0, 1]);
     assert_eq!(mesh.group_names, ["body", "unnamed"]);
+    // Other programs write the group 0, which is none, to entities of MSH 4.1.
+    let volume = "1 0 0 -1 1 1 1 1 7 2 1 -2";
+    let free = PAIR_41.replace(volume, &volume.replace("1 7", "1 0"));
+    let mesh = parse(free.as_bytes()).unwrap();
+    assert!(mesh.tetrahedron_group.is_empty() && mesh.group_names.is_empty());
 }
 
 #[test]
