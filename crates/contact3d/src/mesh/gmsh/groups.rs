@@ -90,7 +90,7 @@ pub(super) fn surfaces(
             None,
             format!("elements in the physical group {name:?}"),
             "none in any group",
-            "MSH 2.2 with Mesh.SaveAll = 1 loses the groups; save again: gmsh part.geo -3 -format msh41 -o part.msh",
+            "MSH 2.2 with Mesh.SaveAll = 1 and some converters lose the groups; save again: gmsh part.geo -3 -format msh41 -o part.msh",
         ));
     }
     if surfaces.is_empty() {
