@@ -19,26 +19,12 @@ fn on_facets(mesh: &Mesh, layout: MultiplierLayout, multiplier: &[f64]) -> Vec<[
         [multiplier[layout.normal(pane)], first, second]
     };
     let mean = |place: usize| {
-        let known: Vec<[f64; 3]> = panes_at(mesh, surface, place).map(stress).collect();
+        let panes = surface.panes_of_facet(mesh, place);
+        let known: Vec<[f64; 3]> = panes.into_iter().map(stress).collect();
         let n = known.len().max(1) as f64;
         std::array::from_fn(|c| known.iter().map(|s| s[c]).sum::<f64>() / n)
     };
-    let stress_on = |place: usize| match surface.pane_of_facet(place) {
-        Some(pane) => stress(pane),
-        None => mean(place),
-    };
-    (0..surface.facets.len()).map(stress_on).collect()
-}
-
-/// The nodal multipliers around a contact triangle.
-fn panes_at<'a>(
-    mesh: &'a Mesh,
-    surface: &'a ContactSurface,
-    place: usize,
-) -> impl Iterator<Item = usize> + 'a {
-    let face = surface.face_of_facet(place);
-    mesh.facet_nodes(surface.facets[place])
-        .filter_map(move |node| surface.carried_by(face, surface.contact_node(face, node)?))
+    (0..surface.facets.len()).map(mean).collect()
 }
 
 /// The panes with friction of the finer mesh: those of the faces whose coarse panes are the first `n_pairs`.
@@ -161,12 +147,8 @@ fn averaged(
     let mut sums = vec![([0.0; 3], 0.0); surface.n_panes()];
     for (place, facet) in surface.facets.iter().enumerate() {
         let (stress, area) = (stress(place), mesh.facet_area(*facet));
-        let mut add = |pane: usize| {
+        for pane in surface.panes_of_facet(mesh, place) {
             add_weighted(&mut sums[pane], area, stress);
-        };
-        match surface.pane_of_facet(place) {
-            Some(pane) => add(pane),
-            None => panes_at(mesh, surface, place).for_each(add),
         }
     }
     let mut start = vec![0.0; layout.n_multipliers()];

@@ -22,7 +22,7 @@
 
 use super::{
     ErrorEstimate, FunctionalEstimate, Solved, SolvedContact,
-    estimate::{ContactPoints, SolutionData, displacements, multipliers_between_nodes},
+    estimate::{ContactPoints, SolutionData, displacements, multipliers_at},
 };
 use crate::{
     contact::Ellipse,
@@ -353,15 +353,12 @@ impl<'a> Margins<'a> {
 
     /// The multipliers at a place of a contact triangle with their weights; where a held node has none, those of the others in the triangle.
     fn multipliers_at(&self, place: usize, share: [f64; 3]) -> Vec<(usize, f64)> {
-        let surface = self.contact.state.surface;
-        if let Some(pane) = surface.pane_of_facet(place) {
-            return vec![(pane, 1.0)];
-        }
-        let between = multipliers_between_nodes(self.solved.mesh, self.contact, place, share);
-        let whole: f64 = between.iter().map(|(_, weight)| weight).sum();
+        let acting = multipliers_at(self.solved.mesh, self.contact, place, share);
+        let whole: f64 = acting.iter().map(|(_, weight)| weight).sum();
         if (whole - 1.0).abs() < 1e-9 {
-            return between;
+            return acting;
         }
+        let surface = self.contact.state.surface;
         let panes = surface.panes_of_facet(self.solved.mesh, place);
         let weight = (panes.len() as f64).recip();
         panes.into_iter().map(|pane| (pane, weight)).collect()

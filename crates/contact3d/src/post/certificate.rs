@@ -180,13 +180,7 @@ impl Certificate {
     /// The largest figure; NaN if any is.
     #[must_use]
     pub fn worst(&self) -> f64 {
-        self.figures().into_iter().fold(0.0, |worst, (_, value)| {
-            if value.is_nan() || value > worst {
-                value
-            } else {
-                worst
-            }
-        })
+        largest(self.figures().into_iter().map(|(_, value)| value))
     }
 }
 
@@ -276,10 +270,5 @@ fn natural_residual(
     let difference = |j: usize| step[j] - multiplier[j];
     let normal = ratio(largest(layout.normals().map(difference)), by.pressure);
     let tangential = ratio(largest(layout.tangentials().map(difference)), by.shear);
-    // NaN of either counts.
-    if normal >= tangential || normal.is_nan() {
-        normal
-    } else {
-        tangential
-    }
+    largest([normal, tangential].into_iter())
 }

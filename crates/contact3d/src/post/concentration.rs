@@ -336,7 +336,7 @@ fn edges(mesh: &Mesh) -> impl Iterator<Item = Edge> {
 }
 
 /// The outward unit normal of a boundary triangle, in the middle of an edge of it where it is curved.
-fn normal_at(mesh: &Mesh, facet: usize, edge: usize) -> Vector3<f64> {
+pub(super) fn normal_at(mesh: &Mesh, facet: usize, edge: usize) -> Vector3<f64> {
     let normals = mesh.side_normals(facet);
     let normal = normals.get(3 + edge).or(normals.first());
     normal.map_or_else(Vector3::zeros, |(_, normal)| *normal)
@@ -360,7 +360,7 @@ fn range_of(sum: Matrix3<f64>) -> Matrix3<f64> {
 }
 
 /// The directions that clamps and tools hold all over each boundary triangle, as a projection, `[n_facets]`.
-fn clamped(solved: &Solved<'_>) -> Vec<Matrix3<f64>> {
+pub(super) fn clamped(solved: &Solved<'_>) -> Vec<Matrix3<f64>> {
     let (scene, mesh) = (solved.scene, solved.mesh);
     let mut held = vec![Matrix3::zeros(); mesh.facets.len()];
     for clamp in &scene.clamps {

@@ -11,8 +11,7 @@ use super::{
     ErrorEstimate, Resultants, Solved, SolvedContact,
     areas::{areas, half_space_stiffness},
     estimate::{
-        BoxLoad, BoxedFaces, Field, FieldLoads, FunctionalError, SolutionData,
-        multipliers_between_nodes,
+        BoxLoad, BoxedFaces, Field, FieldLoads, FunctionalError, SolutionData, multipliers_at,
     },
     peak::largest_pressure,
 };
@@ -158,13 +157,7 @@ fn is_estimated(functional: Functional, mesh: &Mesh) -> bool {
         | Functional::TangentialForce
         | Functional::LargestPressure
         | Functional::MeanPressure { .. } => mesh.mid_edges.is_some(),
-        Functional::LargestVonMises
-        | Functional::ContactArea
-        | Functional::StickArea
-        | Functional::Dissipation
-        | Functional::StrainEnergy
-        | Functional::PeakDisplacement
-        | Functional::MeanDisplacement { .. } => true,
+        _ => true,
     }
 }
 
@@ -386,11 +379,7 @@ impl LinearisedFunctional {
                 continue;
             };
             whole += area;
-            let carried = match surface.pane_of_facet(place) {
-                Some(pane) => vec![(pane, 1.0)],
-                None => multipliers_between_nodes(solved.mesh, contact, place, share),
-            };
-            for (pane, weight) in carried {
+            for (pane, weight) in multipliers_at(solved.mesh, contact, place, share) {
                 self.derivative.by_multiplier[pane] += weight * area;
             }
         }

@@ -355,6 +355,19 @@ impl ContactReport {
         all.find(|it| it.functional == functional && it.value != 0.0)
     }
 
+    /// Where the largest pressure or stress grows with every finer mesh; `None` where nothing tells so, and of other quantities.
+    #[must_use]
+    pub fn concentration(&self, of: Functional) -> Option<StressConcentration> {
+        match of {
+            Functional::LargestVonMises => self.largest_von_mises.concentration,
+            Functional::LargestPressure => {
+                let grows = self.functional(of)?.error_bar().is_infinite();
+                grows.then_some(StressConcentration::Contact)
+            }
+            _ => None,
+        }
+    }
+
     /// The largest principal strain of a tetrahedron, by its corners.
     #[must_use]
     pub fn largest_strain(&self, mesh: &Mesh) -> f64 {

@@ -6,10 +6,15 @@
 //! ([`PeakShape`]). The bounds are measured: over 29 scenes no peak that converges was taken for one that grows, and the error bars of
 //! resolved ones held in 14 of 14.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::{FunctionalEstimate, PaneState, Solved, SolvedContact, Zone, areas::FEWEST_PANES};
-use crate::{post::estimate::multipliers_between_nodes, scene::Functional};
+use super::{
+    FunctionalEstimate, PaneState, Solved, SolvedContact, Zone,
+    areas::FEWEST_PANES,
+    concentration::{clamped, normal_at},
+    estimate::multipliers_at,
+};
+use crate::{mesh::GEOMETRY_TOLERANCE, scene::Functional};
 
 /// What the panes around the largest pressure say of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,7 +23,7 @@ pub(super) enum PeakShape {
     Resolved,
     /// Fewer than some three panes across it: known to d₁, and to 20 % at best.
     Coarse,
-    /// At an edge of the face, with 0.12 ≤ d₁ ≤ 0.75 and d₂ < d₁/3: larger on every finer mesh.
+    /// At an edge of the face that is no plane of symmetry, with 0.12 ≤ d₁ ≤ 0.75 and d₂ < d₁/3: larger on every finer mesh.
     Growing,
 }
 
@@ -116,23 +121,19 @@ fn neighbours(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> (Vec<Vec<usiz
             let ends = [corners[a].min(corners[b]), corners[a].max(corners[b])];
             let mut middle = [0.0; 3];
             (middle[a], middle[b]) = (0.5, 0.5);
-            let panes = match surface.pane_of_facet(place) {
-                Some(pane) => vec![pane],
-                None => {
-                    let carried = multipliers_between_nodes(mesh, contact, place, middle);
-                    let carried = carried.into_iter().filter(|(_, weight)| *weight > 0.0);
-                    carried.map(|(pane, _)| pane).collect()
-                }
-            };
+            let acting = multipliers_at(mesh, contact, place, middle).into_iter();
+            let acting = acting.filter(|(_, weight)| *weight > 0.0);
             let key = [surface.face_number(place), ends[0], ends[1]];
-            on_edge.entry(key).or_default().push(panes);
+            let sides = on_edge.entry(key).or_default();
+            sides.push(acting.map(|(pane, _)| pane).collect());
         }
     }
+    let mirrored = mirrored_edges(solved);
     let mut at_edge = vec![false; surface.n_panes()];
-    for sides in on_edge.values() {
+    for ([_, ends @ ..], sides) in &on_edge {
         let here = sides.concat();
         here.iter().for_each(|&pane| beside[pane].extend(&here));
-        if sides.len() == 1 {
+        if sides.len() == 1 && !mirrored.contains(ends) {
             here.iter().for_each(|&pane| at_edge[pane] = true);
         }
     }
@@ -142,6 +143,21 @@ fn neighbours(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> (Vec<Vec<usiz
         others.retain(|&other| other != pane);
     }
     (beside, at_edge)
+}
+
+/// The edges of the boundary triangles that clamps hold along their normal alone, behind which a mirror image of the body goes on.
+fn mirrored_edges(solved: &Solved<'_>) -> BTreeSet<[usize; 2]> {
+    let held = clamped(solved).into_iter().enumerate();
+    let mirrors = held.filter(|(facet, held)| {
+        let normal = normal_at(solved.mesh, *facet, 0);
+        // Of the unit vectors along the axes one alone is held, and is the normal to the digits of a file.
+        (held - normal * normal.transpose()).norm() < GEOMETRY_TOLERANCE
+    });
+    let edges = mirrors.flat_map(|(facet, _)| {
+        let [a, b, c] = solved.mesh.facets[facet];
+        [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
+    });
+    edges.collect()
 }
 
 /// The pane behind `next` as seen from `first`, within 45° of that direction.

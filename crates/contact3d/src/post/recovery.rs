@@ -23,9 +23,8 @@ pub(crate) struct StressRecovery {
     centroids: Vec<Vector3<f64>>,
     /// Of the tetrahedra in m³, `[n_tetrahedra]`.
     volumes: Vec<f64>,
-    /// Where the tetrahedra around each row of `nodes` begin and end in `star`, `[n_material_nodes + 1]`; mid-edge nodes have none.
-    offsets: Vec<usize>,
-    star: Vec<usize>,
+    /// The tetrahedra around each row of `nodes`, increasing, `[n_material_nodes]`; mid-edge nodes have none.
+    stars: Vec<Vec<usize>>,
     /// The factor of the least-squares problem about each row, in lengths over the given one in m; `None` on the boundary of a material, and
     /// where the points do not determine a polynomial.
     fits: Vec<Option<(Cholesky<f64, Const<4>>, f64)>>,
@@ -43,8 +42,7 @@ impl StressRecovery {
             volumes: corners
                 .map(|corners| tetrahedron_volume(&corners))
                 .collect(),
-            offsets: Vec::new(),
-            star: Vec::new(),
+            stars: Vec::new(),
             fits: Vec::new(),
             nodes,
         };
@@ -56,38 +54,22 @@ impl StressRecovery {
 
     fn add_fits(&mut self, mesh: &Mesh) {
         let nodes = &self.nodes;
-        let corners = |t: usize| &nodes.of_tetrahedron(t)[..4];
-        let mut offsets = vec![0; nodes.nodes.len() + 1];
-        for &row in (0..mesh.tetrahedra.len()).flat_map(corners) {
-            offsets[row + 1] += 1;
-        }
-        for row in 0..nodes.nodes.len() {
-            offsets[row + 1] += offsets[row];
-        }
-        let mut next = offsets.clone();
-        let mut star = vec![0; 4 * mesh.tetrahedra.len()];
+        self.stars = vec![Vec::new(); nodes.nodes.len()];
         for t in 0..mesh.tetrahedra.len() {
-            for &row in corners(t) {
-                star[next[row]] = t;
-                next[row] += 1;
+            for &row in &nodes.of_tetrahedron(t)[..4] {
+                self.stars[row].push(t);
             }
         }
-        (self.offsets, self.star) = (offsets, star);
         let is_inside = inside_materials(mesh, nodes);
         let rows = (0..nodes.nodes.len()).into_par_iter();
         let fits = rows.map(|row| is_inside[nodes.nodes[row]].then(|| self.fit(mesh, row))?);
         self.fits = fits.collect();
     }
 
-    /// The tetrahedra around a row, increasing.
-    fn star(&self, row: usize) -> &[usize] {
-        &self.star[self.offsets[row]..self.offsets[row + 1]]
-    }
-
     /// From the place of a row to the centroids around it in m.
     fn arms(&self, mesh: &Mesh, row: usize) -> impl Iterator<Item = (usize, Vector3<f64>)> {
         let origin = Vector3::from(mesh.coordinates[self.nodes.nodes[row]]);
-        let star = self.star(row).iter();
+        let star = self.stars[row].iter();
         star.map(move |&t| (t, self.centroids[t] - origin))
     }
 
@@ -142,7 +124,7 @@ impl StressRecovery {
         stress: &[[f64; 6]],
         polynomials: &[Option<SMatrix<f64, 4, 6>>],
     ) -> Vector6<f64> {
-        let star = self.star(row);
+        let star = &self.stars[row];
         let rows = star
             .iter()
             .flat_map(|&t| &self.nodes.of_tetrahedron(t)[..4]);

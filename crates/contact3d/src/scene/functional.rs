@@ -82,19 +82,7 @@ impl Functional {
     /// Whether its value belongs to a box in the body: one that a mean is over, the pane of the largest pressure, or a node.
     #[must_use]
     pub fn has_place(self) -> bool {
-        match self {
-            Self::LargestPressure
-            | Self::LargestVonMises
-            | Self::PeakDisplacement
-            | Self::MeanDisplacement { .. }
-            | Self::MeanPressure { .. } => true,
-            Self::NormalForce
-            | Self::TangentialForce
-            | Self::ContactArea
-            | Self::StickArea
-            | Self::StrainEnergy
-            | Self::Dissipation => false,
-        }
+        self.is_largest() || self == Self::PeakDisplacement || self.corners().is_some()
     }
 
     /// Whether it is an area of the contact face.

@@ -284,24 +284,22 @@ fn contact_stress(
             .pane_vector(surface, pane, multiplier[pane], tangential)
             .into()
     };
-    match surface.pane_of_facet(place) {
-        Some(pane) => stress(pane),
-        None => multipliers_between_nodes(solved.mesh, contact, place, share)
-            .into_iter()
-            .map(|(pane, weight)| stress(pane) * weight)
-            .sum(),
-    }
+    let acting = multipliers_at(solved.mesh, contact, place, share).into_iter();
+    acting.map(|(pane, weight)| stress(pane) * weight).sum()
 }
 
-/// Nodal multipliers around a point of a triangle and their weights there, linear between the nodes
+/// The multipliers that act at a point of a contact triangle, with their weights: that of its pane, or nodal ones, linear between the nodes
 /// that carry them; nodes whose displacement is held carry none.
-pub(in crate::post) fn multipliers_between_nodes(
+pub(in crate::post) fn multipliers_at(
     mesh: &Mesh,
     contact: &SolvedContact<'_>,
     place: usize,
     share: [f64; 3],
 ) -> Vec<(usize, f64)> {
     let surface = contact.state.surface;
+    if let Some(pane) = surface.pane_of_facet(place) {
+        return vec![(pane, 1.0)];
+    }
     let (face, facet) = (surface.face_of_facet(place), surface.facets[place]);
     let (nodes, weights) = carriers(mesh, facet, share);
     let carried = nodes.into_iter().zip(weights).filter_map(|(node, weight)| {

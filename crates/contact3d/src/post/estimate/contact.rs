@@ -2,7 +2,7 @@
 
 use super::{
     Field, FieldLoads, SolutionData,
-    boundary::multipliers_between_nodes,
+    boundary::multipliers_at,
     contact_points::{ContactPoint, ContactPoints},
 };
 use crate::{
@@ -191,7 +191,9 @@ impl<'a> PointConditions<'a> {
         for place in 0..self.points.len() {
             self.visit(place, &laws, |point, law, weight| {
                 let depth = point.moved(&self.moved)[0];
-                for (pane, share) in self.carried(place, point.share) {
+                for (pane, share) in
+                    multipliers_at(self.solved.mesh, self.contact, place, point.share)
+                {
                     points[pane].push([weight * share, law.stress[0], law.stiffness[0], depth]);
                 }
             });
@@ -220,14 +222,6 @@ impl<'a> PointConditions<'a> {
             });
         }
         largest
-    }
-
-    /// The multipliers that act at a point of a contact triangle, with their shares.
-    fn carried(&self, place: usize, share: [f64; 3]) -> Vec<(usize, f64)> {
-        match self.contact.state.surface.pane_of_facet(place) {
-            Some(pane) => vec![(pane, 1.0)],
-            None => multipliers_between_nodes(self.solved.mesh, self.contact, place, share),
-        }
     }
 
     /// With open triangles as much stiffer than their panes as the place that penetrates is narrower: a body resists the more, the smaller
@@ -267,7 +261,7 @@ impl<'a> PointConditions<'a> {
     /// The law at a point of a contact triangle: that of its pane, or of nodes, linear between them; nodes without a multiplier, whose
     /// displacement is held, have a law of zero.
     fn law_at(&self, place: usize, share: [f64; 3], laws: &[Law]) -> Law {
-        let acting = self.carried(place, share).into_iter();
+        let acting = multipliers_at(self.solved.mesh, self.contact, place, share).into_iter();
         let mut law = acting.fold(Law::default(), |sum, (pane, weight)| {
             sum.plus(weight, laws[pane])
         });

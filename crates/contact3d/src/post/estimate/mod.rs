@@ -35,7 +35,7 @@ use crate::{
 };
 
 pub use boundary::LoadedBoundary;
-pub(super) use boundary::{FieldLoads, multipliers_between_nodes};
+pub(super) use boundary::{FieldLoads, multipliers_at};
 pub(super) use box_load::{BoxLoad, BoxedFaces};
 
 use bubbles::{BubbleElements, BubbleVector, bubble_field};
