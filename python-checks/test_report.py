@@ -88,7 +88,7 @@ def report(contact3d, tmp_path_factory) -> str:
     folder: Path = tmp_path_factory.mktemp("report")
     file, out = folder / "run.h5", folder / "report.html"
     contact3d("run", SCENE, file, "--no-figures", *SMALL)
-    sizes = ["--coarsest", "2", "--finest", "8", "--budget", "5"]
+    sizes = ["--coarsest", "2", "--finest", "8", "--budget", "20"]
     contact3d("accuracy", SCENE, file, "--no-figures", *SMALL, *sizes)
     contact3d("report", file, out)
     return out.read_text(encoding="utf-8")

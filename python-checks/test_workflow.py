@@ -119,6 +119,8 @@ def test_pictures_tables_and_grids(loop, greased):
 def test_studies_have_typed_results(tmp_path):
     accuracy = package.accuracy(NEWTON, tmp_path / "accuracy.h5", set=SMALL, budget=0.05, coarsest=2, finest=4)
     assert isinstance(accuracy.solves, pd.DataFrame) and list(accuracy.levels["n_div"]) == [2, 4] and accuracy.advice
+    limits = accuracy.limits.set_index("name")
+    assert limits.loc["largest_von_mises", "concentration"] == "clamp" and limits["limit"].isna().all()
     isotropic = PIPELINES / "coulomb_isotropic.toml"
     paths = package.branches(isotropic, tmp_path / "b.h5", "friction.coefficient.constant", 0.1, 0.5, set=SMALL)
     assert paths.ends == ["to the end of the range"] and list(paths.solutions) == [0.1, 0.5]

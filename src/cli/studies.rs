@@ -71,9 +71,9 @@ pub struct AccuracyArguments {
     /// Of a mesh file or several bodies: most unknowns of the two finer meshes, by a forecast; by default 320000
     #[arg(long, value_name = "COUNT")]
     pub unknowns: Option<usize>,
-    /// Seconds for the solves of all methods; what would take longer is left out
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true, value_parser = seconds)]
-    pub budget: f64,
+    /// Seconds for the solves of all methods, and as many for the meshes; what would take longer is left out; by default 10 for the solves alone
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
+    pub budget: Option<f64>,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
 }
@@ -90,7 +90,7 @@ fn accuracy(
         &arguments.figures,
         Drawing::Accuracy,
     )?;
-    let units = scene.scene.units;
+    let shown = scene.scene.clone();
     let settings = AccuracySettings {
         budget: arguments.budget,
         coarsest: arguments.coarsest,
@@ -106,10 +106,10 @@ fn accuracy(
     finish(
         output,
         pictures.as_ref(),
-        units,
-        |folder| draw_accuracy(folder, &accuracy, units),
-        || report::studies::accuracy_json(&accuracy, units),
-        || report::studies::accuracy_text(&accuracy, units),
+        shown.units,
+        |folder| draw_accuracy(folder, &accuracy, shown.units),
+        || report::studies::accuracy_json(&accuracy, &shown),
+        || report::studies::accuracy_text(&accuracy, &shown),
     )?;
     let is_complete = is_complete(&accuracy);
     if !is_complete {

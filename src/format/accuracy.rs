@@ -1,6 +1,10 @@
 //! `/accuracy`: errors and costs of solvers and meshes.
 
-use contact3d::{scene::Functional, solver::Status};
+use contact3d::{
+    post::StressConcentration,
+    scene::{Functional, Scene},
+    solver::Status,
+};
 use runfile::{
     Extent,
     Extent::{Fixed, Named},
@@ -8,14 +12,13 @@ use runfile::{
 };
 use studies::accuracy::{
     Accuracy, AlgebraicStudy, DiscretisationStudy, Level, RunMethod, RunOperator, RunResult,
-    SolverRun,
+    SolverRun, Trend,
 };
-use units::{Dimension, Units};
+use units::Dimension;
 
 use super::{
     FormatError, dimension_of_quantity, extents,
     fields::{Fields, each, fields, read_if_there, read_value, write_list, write_value},
-    quantities,
     stored::stored_as,
 };
 
@@ -43,6 +46,7 @@ const ADVICE: &str = "/accuracy/advice";
 const SCENE_LEVEL: &str = "/accuracy/scene_level";
 const QUANTITY: &str = "/accuracy/quantities/name";
 const UNIT: &str = "/accuracy/quantities/unit";
+const GROWS: &str = "/accuracy/quantities/concentration";
 
 const NO_CONTACT: &str = "absent without contact";
 const NO_BRICK: &str = "absent unless the body is one brick";
@@ -53,7 +57,7 @@ const QUANTITIES: &[Extent] = &[Named("n_accuracy_quantities")];
 const OF_LEVELS: &[Extent] = &[Named("n_levels"), Named("n_accuracy_quantities")];
 
 pub(super) const ACCURACY: Fields<Accuracy> = fields! { Accuracy => GROUP;
-    [|accuracy| accuracy.advice().to_string()] ADVICE, &[], Dimension::Number, "What the studies mean for this mesh, in one sentence.".volatile();
+    {Kind::Text} ADVICE, &[], Dimension::Number, "What the studies mean for this mesh, in one sentence.".volatile();
 };
 
 pub(super) const ALGEBRAIC: Fields<AlgebraicStudy> = fields! { AlgebraicStudy => GROUP;
@@ -99,14 +103,21 @@ pub(super) const MESHES: Fields<Level> = fields! { Level => GROUP;
 
 /// Orders and limits, which reading computes again.
 pub(super) const TRENDS: Fields<DiscretisationStudy> = fields! { DiscretisationStudy => GROUP;
-    [|study| each(&study.quantities, |(of, _)| of.word().to_owned())] QUANTITY, QUANTITIES, Dimension::Number, "Quantities of the levels, as `adapt.of` names them.";
+    [|study| each(&study.quantities, text_of)] QUANTITY, QUANTITIES, Dimension::Number, "Quantities of the levels, as `adapt.of` has them.";
     {Kind::Text} UNIT, QUANTITIES, Dimension::Number, "The unit of each: of its values and its limit.";
+    [|study| each(&study.quantities, |(_, trend)| trend.grows.map_or("", StressConcentration::word).to_owned())] GROWS, QUANTITIES, Dimension::Number, "Where a largest value grows with every finer mesh, as /post/largest_von_mises/concentration has it, so that it has no limit; empty where nothing tells so.";
     [|study| numbers(&study.energy_norm.orders)] "/accuracy/order/energy_norm", LEVELS, Dimension::Number, "Order of the energy-norm error observed from each level and the two before it; NaN where none is.".symbol("p");
     [|study| numbers(&study.potential_energy.orders)] "/accuracy/order/potential_energy", LEVELS, Dimension::Number, "Order of the potential energy, likewise.";
     [|study| each(&study.quantities, |(_, trend)| numbers(&trend.orders))] "/accuracy/order/quantities", &[Named("n_accuracy_quantities"), Named("n_levels")], Dimension::Number, "Order of each quantity, likewise.";
     [|study| study.potential_energy.limit.unwrap_or(f64::NAN)] "/accuracy/limit/potential_energy", &[], Dimension::Energy, "Extrapolated potential energy; NaN where no order is observed.";
     [|study| each(&study.quantities, |(_, trend)| trend.limit.unwrap_or(f64::NAN))] "/accuracy/limit/quantities", QUANTITIES, Dimension::Number, "Extrapolated quantities, each in its own `unit`, likewise.";
 };
+
+/// A quantity as `adapt.of` has it: a word, or a table with its box.
+fn text_of((of, _): &(Functional, Trend)) -> String {
+    let table = of.corners().and_then(|_| toml::Value::try_from(of).ok());
+    table.map_or_else(|| of.word().to_owned(), |table| table.to_string())
+}
 
 /// Numbers of which some are not known; these are NaN.
 fn numbers(values: &[Option<f64>]) -> Vec<f64> {
@@ -118,14 +129,15 @@ fn numbers(values: &[Option<f64>]) -> Vec<f64> {
 pub fn write(
     writer: &mut GroupWriter<'_>,
     accuracy: &Accuracy,
-    units: Units,
+    scene: &Scene,
 ) -> Result<(), StoreError> {
-    ACCURACY.write_one(writer, accuracy)?;
+    let advice = accuracy.advice(scene.element());
+    write_value(writer, ADVICE, &advice.to_string())?;
     if let Some(study) = &accuracy.algebraic {
         ALGEBRAIC.write_one(writer, study)?;
         SOLVES.write_rows(writer, &study.entries)?;
     }
-    let study = &accuracy.discretisation;
+    let (study, units) = (&accuracy.discretisation, scene.units);
     let unit = |(of, _): &(Functional, _)| units.of(dimension_of_quantity(*of)).word().to_owned();
     write_value(writer, SCENE_LEVEL, &study.scene_level)?;
     write_list(
@@ -167,11 +179,23 @@ fn read_algebraic(reader: &Reader) -> Result<AlgebraicStudy, FormatError> {
 
 fn read_discretisation(reader: &Reader) -> Result<DiscretisationStudy, FormatError> {
     let words: Vec<String> = read_value(reader, QUANTITY)?;
-    let quantities = words
-        .iter()
-        .map(|word| quantities::named(None, word, QUANTITY));
-    let quantities: Vec<Functional> = quantities.collect::<Result<_, _>>()?;
-    let levels = MESHES.read_rows(reader, Level::default)?;
+    let quantities = words.iter().map(|word| {
+        let named = Functional::NAMED.into_iter().find(|it| it.word() == word);
+        let table = || word.parse::<toml::Value>().ok()?.try_into().ok();
+        named
+            .or_else(table)
+            .ok_or_else(|| FormatError::Inconsistent {
+                dataset: QUANTITY,
+                reason: format!("expected a quantity of an answer, found {word:?}"),
+            })
+    });
+    let quantities = quantities.collect::<Result<Vec<Functional>, _>>()?;
+    let mut levels = MESHES.read_rows(reader, Level::default)?;
+    let grows: Vec<String> = read_value(reader, GROWS)?;
+    if let Some(finest) = levels.last_mut() {
+        let grows = grows.iter().map(|word| StressConcentration::named(word));
+        finest.grows = grows.collect();
+    }
     let scene_level: usize = read_value(reader, SCENE_LEVEL)?;
     let has_all = |level: &Level| level.quantities.len() == quantities.len();
     if scene_level < levels.len() && levels.iter().all(has_all) {

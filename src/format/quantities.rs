@@ -119,7 +119,7 @@ pub fn read(
     let wanted = scene.adapt.and_then(|adapt| adapt.of);
     let mut found = FIELDS.read_rows(reader, || unknown(Functional::NormalForce))?;
     for (it, name) in found.iter_mut().zip(&names) {
-        it.functional = named(Some(scene), name, NAME)?;
+        it.functional = named(scene, name, NAME)?;
         if it.functional.has_place() != it.corners.is_some() {
             return Err(FormatError::Inconsistent {
                 dataset: BOX,
@@ -191,9 +191,7 @@ pub(super) fn read_of_increments(
     let Some(words) = read_if_there::<Vec<String>>(reader, HISTORY_NAME)? else {
         return Ok(());
     };
-    let names = words
-        .iter()
-        .map(|word| named(Some(scene), word, HISTORY_NAME));
+    let names = words.iter().map(|word| named(scene, word, HISTORY_NAME));
     let names: Vec<Functional> = names.collect::<Result<_, _>>()?;
     let blank = || names.iter().copied().map(unknown).collect();
     let rows = OF_INCREMENTS.read_rows(reader, blank)?;
@@ -212,13 +210,9 @@ pub(super) fn read_of_increments(
     Ok(())
 }
 
-/// The quantity that a word in a dataset names; of a scene also the one that its mesh is refined for.
-pub(super) fn named(
-    scene: Option<&Scene>,
-    word: &str,
-    dataset: &'static str,
-) -> Result<Functional, FormatError> {
-    let wanted = scene.and_then(|scene| scene.adapt?.of);
+/// The quantity that a word in a dataset names, one with a box that of the scene.
+fn named(scene: &Scene, word: &str, dataset: &'static str) -> Result<Functional, FormatError> {
+    let wanted = scene.adapt.and_then(|adapt| adapt.of);
     let mut known = Functional::NAMED.into_iter().chain(wanted);
     let found = known.find(|it| it.word() == word);
     found.ok_or_else(|| FormatError::Inconsistent {

@@ -129,11 +129,7 @@ impl Session {
                 levels.status(adapt.error, adapt.of) != AdaptiveStatus::Refining
             }),
         };
-        Ok(has_ended && self.is_fresh_throughout()?)
-    }
-
-    fn is_fresh_throughout(&self) -> Result<bool, StageError> {
-        Ok(self.states()?.iter().all(StageState::is_fresh))
+        Ok(has_ended && self.states()?.iter().all(StageState::is_fresh))
     }
 
     /// Whether the file holds a mesh that was refined for an error which the scene does not ask for.
@@ -183,6 +179,8 @@ struct LevelAtHand {
     results: Arc<Results>,
     /// The stages that were run for it.
     performed: Vec<StageTiming>,
+    /// Seconds that its stages took, now or when they were stored.
+    seconds: f64,
 }
 
 impl LevelInRunFile<'_> {
@@ -209,17 +207,22 @@ impl LevelInRunFile<'_> {
             ..StageCache::default()
         };
         let mut performed = Vec::new();
-        if !session.is_fresh_throughout()? {
+        let states = session.states()?;
+        let stored = states.iter().filter_map(|state| state.stored.as_ref());
+        let mut seconds: f64 = stored.map(|stored| stored.record.seconds).sum();
+        if !states.iter().all(StageState::is_fresh) {
             for stage in Stage::ALL {
                 observe(AdaptStep::Stage(level, stage));
                 let observe = &mut |step: RunStep<'_>| observe(AdaptStep::Run(step));
                 performed.push(session.perform(stage, StoreWhen::Manual, observe)?);
             }
+            seconds = performed.iter().map(|it| it.compute_seconds).sum();
         }
         Ok(LevelAtHand {
             level,
             results: session.results()?,
             performed,
+            seconds,
         })
     }
 }
@@ -230,7 +233,7 @@ impl LevelStorage for LevelInRunFile<'_> {
     fn solved(&mut self, level: usize, known: &Adaptation) -> Result<SolvedLevel<'_>, StageError> {
         self.at_hand(level, known)?;
         let LevelAtHand {
-            results, performed, ..
+            results, seconds, ..
         } = self.at_hand.as_ref().expect("made sure just now");
         let assembled = self.session.cache.assembled.as_ref();
         let has_dense_operator = assembled.is_some_and(|(it, _)| {
@@ -239,15 +242,13 @@ impl LevelStorage for LevelInRunFile<'_> {
                 .as_ref()
                 .is_some_and(|contact| contact.explicit().is_some())
         });
-        let seconds = performed.iter().map(|it| it.compute_seconds);
         Ok(SolvedLevel {
             mesh: results.mesh(),
             has_dense_operator,
             solution: &results.solution,
             report: &results.report,
             increments: &results.increments,
-            // An empty sum of floats is −0.
-            seconds: 0.0 + seconds.sum::<f64>(),
+            seconds: *seconds,
         })
     }
 

@@ -59,7 +59,7 @@ pub fn measure_accuracy(
     let seconds = started.elapsed().as_secs_f64();
     let record = GroupRecord::ended(settings, accuracy_input(scene), seconds, threads);
     store_with_scene(&file, scene, format::ACCURACY, &record, |writer| {
-        format::write_accuracy(writer, &measured, scene.units)
+        format::write_accuracy(writer, &measured, scene)
     })?;
     Ok(measured)
 }

@@ -3,7 +3,7 @@
 use contact3d::{
     elasticity::{BodyMotion, ToolPlace},
     mesh::{BodyRange, Mesh},
-    post::{ContactReport, FunctionalEstimate},
+    post::{ContactReport, FunctionalEstimate, StressConcentration},
     scene::{Functional, Scene, escape_control},
     solver::{LocalMapping, Solution},
 };
@@ -175,6 +175,18 @@ pub(super) fn name_of_quantity(of: Functional) -> String {
         Functional::PeakDisplacement => "mean displacement at peak".to_owned(),
         Functional::LargestVonMises => "largest von Mises stress".to_owned(),
         _ => of.word().replace('_', " "),
+    }
+}
+
+/// Where the largest stress or pressure has no limit.
+pub(super) fn edge_words(at: StressConcentration) -> &'static str {
+    match at {
+        StressConcentration::Notch => "a re-entrant edge",
+        StressConcentration::Clamp => "the rim of a clamp",
+        StressConcentration::Springs => "the rim of stiff springs",
+        StressConcentration::Shear => "the end of a load along the face",
+        StressConcentration::Materials => "an interface at the surface",
+        StressConcentration::Contact => "an edge of the contact face",
     }
 }
 

@@ -23,8 +23,8 @@ use super::{
     Digits::Scientific,
     FigureTable, Figures,
     answer::{
-        fold_words, name_of_quantity, null_space_motions, quantities_json, radius_words,
-        sign_words, with_bar,
+        edge_words, fold_words, name_of_quantity, null_space_motions, quantities_json,
+        radius_words, sign_words, with_bar,
     },
     levels::name,
     status::status,
@@ -386,14 +386,7 @@ impl<'a> SolvedRun<'a> {
         let largest = self.report.largest_von_mises;
         let [stress, length] =
             [Dimension::STRESS, Dimension::LENGTH].map(|it| self.scene.units.of(it));
-        let edge = largest.concentration.map(|it| match it {
-            StressConcentration::Notch => "a re-entrant edge",
-            StressConcentration::Clamp => "the rim of a clamp",
-            StressConcentration::Springs => "the rim of stiff springs",
-            StressConcentration::Shear => "the end of a load along the face",
-            StressConcentration::Materials => "an interface at the surface",
-            StressConcentration::Contact => "an edge of the contact face",
-        });
+        let edge = largest.concentration.map(edge_words);
         let mut place = format!(" at {}", length.told(&largest.at));
         let is_unreliable = self.report.discretisation_error.is_unreliable();
         if edge.is_none() && largest.error.is_infinite() && is_unreliable {

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use contact3d::{
     mesh::{ContactSurface, extents},
-    post::{FunctionalEstimate, ToolState, Zone},
+    post::{FunctionalEstimate, StressConcentration, ToolState, Zone},
     scene::{Functional, escape_control},
 };
 use units::{Dimension, Unit};
 
 use super::{
     Figures, SolvedRun,
-    answer::{motion_words, name_of_quantity, null_space_words, with_bar},
+    answer::{edge_words, motion_words, name_of_quantity, null_space_words, with_bar},
     increment_in_words,
 };
 use crate::format::{Stage, dimension_of_quantity as dimension};
@@ -299,8 +299,10 @@ impl SolvedRun<'_> {
         if it.functional == Functional::LargestPressure {
             place += &self.face_of_largest_pressure();
         }
-        let grows = !it.error_bar().is_finite() || self.unbounded == Some(it.functional);
-        let edge = grows.then_some("an edge of the contact face");
+        let unbounded = self.unbounded.filter(|of| *of == it.functional);
+        let grows = self.report.concentration(it.functional);
+        let grows = grows.or(unbounded.map(|_| StressConcentration::Contact));
+        let edge = grows.map(edge_words);
         with_bar(unit, [it.value, it.error_bar()], &place, edge)
     }
 }

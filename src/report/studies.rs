@@ -2,7 +2,10 @@
 
 use std::fmt::Write;
 
-use contact3d::scene::{Quantity, Scene};
+use contact3d::{
+    post::StressConcentration,
+    scene::{Quantity, Scene},
+};
 use serde_json::{Value, json};
 use studies::{
     accuracy::{Accuracy, AlgebraicStudy, Cost, DiscretisationStudy, SolverRun},
@@ -14,16 +17,22 @@ use units::{Dimension, Units};
 use super::{
     Digits::{Fixed, Scientific},
     FigureTable, Figures,
-    answer::name_of_quantity,
+    answer::{edge_words, name_of_quantity},
     percent,
 };
 use crate::format::dimension_of_quantity as dimension;
 
 /// The advice, then the tables; that of the solves, which is long, is in the page and in JSON.
-pub fn accuracy_text(accuracy: &Accuracy, units: Units) -> String {
-    let study = &accuracy.discretisation;
-    let tables = [levels(study, units), quantities(study, units)].map(|table| table.text() + "\n");
-    let mut text = format!("{}\n\n{}", accuracy.advice(), tables.concat());
+pub fn accuracy_text(accuracy: &Accuracy, scene: &Scene) -> String {
+    let (study, units) = (&accuracy.discretisation, scene.units);
+    let tables = [
+        levels(study, units),
+        quantities(study, units),
+        limits(study, units),
+    ];
+    let tables = tables.map(|table| table.text() + "\n");
+    let advice = accuracy.advice(scene.element());
+    let mut text = format!("{advice}\n\n{}", tables.concat());
     if let Some(study) = &accuracy.algebraic {
         let count = study.entries.len();
         let _ = write!(
@@ -35,14 +44,16 @@ pub fn accuracy_text(accuracy: &Accuracy, units: Units) -> String {
 }
 
 /// The same for programs.
-pub fn accuracy_json(accuracy: &Accuracy, units: Units) -> Value {
+pub fn accuracy_json(accuracy: &Accuracy, scene: &Scene) -> Value {
     let (algebraic, study) = (&accuracy.algebraic, &accuracy.discretisation);
+    let units = scene.units;
     let rows = levels(study, units).rows.into_iter();
     let rows = rows.zip(quantities(study, units).rows);
     json!({
         "solves": algebraic.as_ref().map_or_else(|| json!([]), |study| entries(study, units).json()),
         "levels": rows.map(|(level, quantities)| level.with(quantities).json()).collect::<Value>(),
-        "advice": accuracy.advice().to_string(),
+        "limits": limits(study, units).json(),
+        "advice": accuracy.advice(scene.element()).to_string(),
     })
 }
 
@@ -110,11 +121,7 @@ pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
         figures
     });
     let caption = "Discretisation error (relative, energy norm; orders from each mesh and the two before)";
-    let limit = match study.potential_energy.limit {
-        Some(limit) => units.of(Dimension::Energy).told(&[limit]),
-        None => "none claimed, which takes three meshes with differences that fall with h".to_owned(),
-    };
-    FigureTable::new(caption, rows).with_note(format!("limit of the potential energy: {limit}\n"))
+    FigureTable::new(caption, rows)
 }
 
 /// What the meshes make of quantities.
@@ -129,23 +136,29 @@ pub fn quantities(study: &DiscretisationStudy, units: Units) -> FigureTable {
         }
         figures
     });
-    let mut table = FigureTable::new("Quantities of the meshes (\"-\" where there is none)", rows);
-    let own = study.levels.get(study.scene_level);
-    let own = own.map_or(&[][..], |level| &level.quantities);
-    for ((of, trend), value) in study.quantities.iter().zip(own) {
-        if let Some(limit) = trend.limit {
-            let (name, told) = (
-                name_of_quantity(*of),
-                units.of(dimension(*of)).told(&[limit]),
-            );
-            let off = percent((value / limit - 1.0).abs());
-            let _ = writeln!(
-                table.note,
-                "limit of {name}: {told}, {off} from the scene's mesh"
-            );
-        }
-    }
-    table
+    FigureTable::new("Quantities of the meshes (\"-\" where there is none)", rows)
+}
+
+/// What values would be on ever finer meshes.
+#[rustfmt::skip]
+pub fn limits(study: &DiscretisationStudy, units: Units) -> FigureTable {
+    let own = &study.levels[study.scene_level];
+    let energy = ("potential_energy", "potential energy".to_owned(), Dimension::Energy, own.potential_energy, &study.potential_energy);
+    let quantities = study.quantities.iter().zip(&own.quantities);
+    let quantities = quantities.map(|((of, trend), value)| (of.word(), name_of_quantity(*of), dimension(*of), *value, trend));
+    let rows = [energy].into_iter().chain(quantities).map(|(key, name, dimension, value, trend)| {
+        let unit = units.of(dimension);
+        let told = trend.limit.map(|limit| unit.told(&[limit]));
+        let grows = trend.grows.map(|at| format!("grows with every finer mesh at {}", edge_words(at)));
+        let mut figures = Figures::new(units);
+        figures.described("name", "quantity", Some(name), key);
+        figures.described("limit", "limit", told.or(grows), trend.limit);
+        figures.json_only("unit", unit.word());
+        figures.human_only("from the scene's mesh", trend.limit.map(|limit| percent((value / limit - 1.0).abs())));
+        figures.json_only("concentration", trend.grows.map(StressConcentration::word));
+        figures
+    });
+    FigureTable::new("Limits (\"-\": none claimed, which takes three meshes with differences that fall with h, of all but energies four)", rows)
 }
 
 fn known(value: f64) -> Option<f64> {
@@ -174,23 +187,18 @@ pub fn bound(bound: &BoundParts, scene: &Scene, estimate: Option<f64>) -> Figure
         let words = format!("no bound: {why}, and the contact stresses have an error of their own");
         figures.human_only(whole, Some(words));
     }
-    let parts = [
-        (
-            "elements",
-            "under these contact stresses",
-            Some(bound.elements),
-        ),
-        ("lifting", "of it penetration", bound.lifting),
-        (
+    let under = "under these contact stresses";
+    add(&mut figures, "elements", under, Some(bound.elements));
+    if bound.lifting.is_some() {
+        add(&mut figures, "lifting", "of it penetration", bound.lifting);
+        let on_gaps = bound.complementarity;
+        add(
+            &mut figures,
             "complementarity",
             "of it pressure on gaps",
-            bound.complementarity,
-        ),
-        ("friction", "of it slip", bound.friction),
-    ];
-    let n_parts = if bound.lifting.is_some() { 4 } else { 1 };
-    for (key, words, share) in &parts[..n_parts] {
-        add(&mut figures, key, words, *share);
+            on_gaps,
+        );
+        add(&mut figures, "friction", "of it slip", bound.friction);
     }
     let shown = estimate.map(|share| format!("about {}", percent(share)));
     figures.described("estimate", "estimated", shown, estimate);

@@ -233,9 +233,7 @@ impl Range {
                     "ends and a count that make whole numbers, or `values` in place of `range`";
                 return Err((expected, format!("{key} = {number}")));
             }
-            #[expect(clippy::cast_possible_truncation, reason = "whole and below 2^53")]
-            let whole = whole as i64;
-            *value = toml::Value::Integer(whole);
+            *value = toml::Value::Integer(whole as i64);
         }
         Ok(rows)
     }

@@ -236,6 +236,7 @@ fn accuracy_parts(reader: &Reader, scene: &Scene) -> Result<Option<Vec<PagePart>
     let of_meshes = [
         tables::levels(study, units),
         tables::quantities(study, units),
+        tables::limits(study, units),
     ];
     parts.extend(of_meshes.iter().flat_map(table_parts));
     if let Some(study) = &accuracy.algebraic {

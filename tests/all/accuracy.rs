@@ -3,12 +3,16 @@
 use std::{path::Path, sync::LazyLock};
 
 use crate::support::{hkl_scene, refine};
-use contact3d::{ProblemError, scene::Scene, solver::Status};
+use contact3d::{
+    ProblemError,
+    scene::{ElementOrder, Scene},
+    solver::Status,
+};
 use studies::accuracy::{Accuracy, AccuracySettings, RunMethod, RunOperator};
 
 const SETTINGS: AccuracySettings = AccuracySettings {
     // Ten times what the five cheapest runs of each method take, since which fit depends on what else the machine does.
-    budget: 120.0,
+    budget: Some(120.0),
     coarsest: Some(2),
     finest: Some(8),
     unknowns: None,
@@ -95,7 +99,7 @@ fn every_method_approaches_the_reference_as_epsilon_falls() {
 
 #[test]
 fn the_advice_has_numbers_in_it() {
-    let advice = PUBLISHED.advice();
+    let advice = PUBLISHED.advice(ElementOrder::P1);
     let error = advice.discretisation_error.expect("an order");
     // A coarse mesh of linear elements: between a few per cent and all.
     assert!(
@@ -130,7 +134,7 @@ fn the_advice_has_numbers_in_it() {
 #[test]
 fn what_the_budget_does_not_cover_is_left_out_and_said() {
     let settings = AccuracySettings {
-        budget: 1e-9,
+        budget: Some(1e-9),
         ..SETTINGS
     };
     let accuracy = measure(&hkl_scene(1, 4), &settings).expect("a brick");

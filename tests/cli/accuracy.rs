@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::program::{Program, SMALL, pipeline};
 
-const MESHES: [&str; 6] = ["--coarsest", "2", "--finest", "8", "--budget", "2"];
+const MESHES: [&str; 6] = ["--coarsest", "2", "--finest", "8", "--budget", "20"];
 
 fn accuracy(program: &Program, more: &[&str]) -> assert_cmd::Command {
     let scene = pipeline("newton.toml");
@@ -48,6 +48,55 @@ fn both_studies_are_stored_drawn_printed_and_advised_on() {
     let json: Value = serde_json::from_slice(&json.get_output().stdout).expect("JSON");
     assert_eq!(json["levels"].as_array().map(Vec::len), Some(3));
     assert_eq!(json["solves"].as_array().map(Vec::len), Some(55));
+}
+
+/// Meshes up to the scene's own are solved whatever they take, finer ones as the budget allows. A mean has a column of its own, and the
+/// page of a file whose scene has another box shows it.
+#[test]
+fn the_budget_bounds_meshes_and_the_wanted_mean_is_listed() {
+    let program = Program::new();
+    let scene = pipeline("newton.toml");
+    let scene = scene.to_str().expect("plain path");
+    let measure = |more: &[&str]| {
+        let meshes = ["--finest", "4", "--json", "--no-figures"];
+        let mut command = program.command(&["accuracy", scene, "run.h5", "--coarsest", "1"]);
+        let set = [
+            "--set",
+            "body.brick.cells=[6,2,2]",
+            "--set",
+            "body.element=\"P2\"",
+        ];
+        let done = command.args(meshes).args(set).args(more).assert().success();
+        let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+        let json: Value = serde_json::from_slice(&done.get_output().stdout).expect("JSON");
+        (said, json)
+    };
+    let (said, json) = measure(&["--budget", "0.001"]);
+    assert!(
+        said.contains("no finer mesh: it is forecast to take"),
+        "{said}"
+    );
+    assert_eq!(json["levels"].as_array().map(Vec::len), Some(2));
+    let adapt = "adapt={error=0.5, of={mean_pressure={box=[[0, 0, 0], [1, 1, 0]]}}}";
+    let (_, json) = measure(&["--budget", "20", "--set", adapt]);
+    let means = json["levels"].as_array().expect("levels").iter();
+    let means: Vec<f64> = means
+        .filter_map(|level| level["mean_pressure"].as_f64())
+        .collect();
+    assert!(
+        means.len() > 1 && means.iter().all(|mean| *mean > 0.0),
+        "{json}"
+    );
+    let limits = json["limits"].as_array().expect("limits");
+    assert_eq!(limits.last().expect("one")["name"], "mean_pressure");
+    // The largest stress is at the rim of the clamp.
+    let stress = limits.iter().find(|it| it["name"] == "largest_von_mises");
+    assert_eq!(stress.expect("one")["concentration"], "clamp");
+    program.run(&[]).assert().success();
+    program.command(&["report", "run.h5"]).assert().success();
+    let page = std::fs::read_to_string(program.path("report.html")).expect("a page");
+    assert!(page.contains("mean pressure [Pa]"));
+    assert!(page.contains("grows with every finer mesh at the rim of a clamp"));
 }
 
 #[test]
@@ -141,7 +190,7 @@ fn meshes_of_files_are_cut_and_have_their_own_limits() {
     let scene = pipeline("gmsh_foot.toml");
     let command = |more: &[&str]| {
         let scene = scene.to_str().expect("plain path");
-        let mut command = program.command(&["accuracy", scene, "run.h5", "--budget", "0.1"]);
+        let mut command = program.command(&["accuracy", scene, "run.h5", "--budget", "20"]);
         command.args(more);
         command
     };

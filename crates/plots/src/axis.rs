@@ -221,9 +221,7 @@ fn log_label(value: f64) -> Label {
 
 /// ⌊log₁₀ v⌋, a hair of rounding allowed.
 fn decade(value: f64) -> i32 {
-    #[expect(clippy::cast_possible_truncation, reason = "at most 324 in size")]
-    let decade = (value.log10() + 1e-9).floor() as i32;
-    decade
+    (value.log10() + 1e-9).floor() as i32
 }
 
 #[cfg(test)]

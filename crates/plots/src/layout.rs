@@ -64,13 +64,7 @@ impl PictureLayout {
             [0, 1].map(|k| [contact.low[k], contact.high[k]].map(|end| scales[k].scaled(end)));
         let vertical = |pixels: f64| {
             let most = (pixels / 28.0).clamp(2.0, 8.0).floor();
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "2 to 8"
-            )]
-            let most = most as usize;
-            Ticks::new(intervals[1][0], intervals[1][1], most)
+            Ticks::new(intervals[1][0], intervals[1][1], most as usize)
         };
         let left = 46.0 + vertical(200.0).widest(TICK_SIZE);
         let room = PANEL_WIDTH - left - RIGHT_MARGIN;

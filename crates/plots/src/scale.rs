@@ -85,9 +85,7 @@ fn engineering_exponent(magnitude: f64) -> i32 {
     }
     // The shift by one part in 10⁹ keeps 0.9999999999e3 together with 1e3.
     let decades = (magnitude * (1.0 + 1e-9)).min(f64::MAX).log10() / 3.0;
-    #[expect(clippy::cast_possible_truncation, reason = "at most 103 in size")]
-    let thousands = decades.floor() as i32;
-    3 * thousands
+    3 * decades.floor() as i32
 }
 
 /// Equidistant round numbers inside an interval and how to print them.

@@ -178,11 +178,6 @@ fn pieces_per_edge(facets: &[([Point; 3], [f64; 3])], key: &ColourKey) -> Vec<us
     // Most pieces of a surface.
     let share = (6000.0 / all).sqrt().min(1.0);
     let pieces = wanted.iter().map(|n| (n * share).round().max(1.0));
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "from 1 to 60"
-    )]
     pieces.map(|n| n as usize).collect()
 }
 
@@ -214,11 +209,6 @@ pub(super) fn brightness(normal: Vector, toward: Vector) -> f64 {
 }
 
 pub(super) fn shaded(Colour(red, green, blue): Colour, brightness: f64) -> Colour {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a product of 0..=255 and 0..=1"
-    )]
     let shade = |channel: u8| (f64::from(channel) * brightness).round() as u8;
     Colour(shade(red), shade(green), shade(blue))
 }

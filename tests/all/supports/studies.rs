@@ -52,7 +52,6 @@ fn scene(element: &str, contact: &str) -> Scene {
 fn nested_meshes_obey_galerkins_identity() {
     for element in ["P1", "P2"] {
         let settings = AccuracySettings {
-            budget: 1.0,
             coarsest: Some(1),
             finest: Some(if element == "P1" { 8 } else { 4 }),
             ..AccuracySettings::default()

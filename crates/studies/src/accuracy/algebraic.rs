@@ -19,7 +19,7 @@ pub const EPSILONS: [f64; 11] = [
 
 /// A solve is repeated, for the median of its seconds, when one takes no more than this share of
 /// the budget.
-const CHEAP_SHARE: f64 = 1.0 / 60.0;
+pub(super) const CHEAP_SHARE: f64 = 1.0 / 60.0;
 
 units::worded! {
     /// A method of the study. The inner solver of successive approximations is the scene's.
@@ -126,10 +126,11 @@ impl AlgebraicStudy {
             return Ok(None);
         }
         observe(StudyStep::Begin("assembly and reference".to_owned()));
+        let budget = settings.budget.unwrap_or(10.0);
         let assemble = |kind| {
             let mut scene = scene.clone();
             scene.assemble.dual_operator = kind;
-            measure(settings.budget * CHEAP_SHARE, || {
+            measure(budget * CHEAP_SHARE, || {
                 Problem::of_checked(scene.clone(), Arc::clone(&mesh))?.assemble()
             })
         };
@@ -173,7 +174,7 @@ impl AlgebraicStudy {
                 contact.make_implicit();
             }
             // What one series leaves goes to those after it.
-            let left = (settings.budget - began.elapsed().as_secs_f64()).max(0.0);
+            let left = (budget - began.elapsed().as_secs_f64()).max(0.0);
             problem.budget = left / (series.len() - done) as f64;
             let entries = problem.series(method, operator, observe)?;
             study.entries.extend(entries);
@@ -238,13 +239,8 @@ impl StudiedProblem<'_> {
         }
         let price = last.cost.seconds / last.applications.max(1) as f64;
         let affordable = ((self.budget - spent) / price).floor();
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "saturates, which is what is meant"
-        )]
-        let affordable = affordable.max(1.0) as usize;
-        Some(most.min(affordable))
+        // Saturates, which is what is meant.
+        Some(most.min(affordable.max(1.0) as usize))
     }
 
     fn run(

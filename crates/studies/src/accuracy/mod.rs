@@ -20,7 +20,10 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use contact3d::{ProblemError, scene::Scene};
+use contact3d::{
+    ProblemError,
+    scene::{ElementOrder, Scene},
+};
 
 use crate::StudyStep;
 use discretisation::NestedMeshes;
@@ -31,8 +34,9 @@ pub const MOST_UNKNOWNS: usize = 320_000;
 /// How far the studies go.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct AccuracySettings {
-    /// Seconds for the solves of all methods on all operators; later ones are left out.
-    pub budget: f64,
+    /// Seconds for the solves of all methods on all operators, 10 when not given; later ones are left out. When given, as many for the
+    /// meshes; finer ones than the scene's that would take longer by a forecast are left out.
+    pub budget: Option<f64>,
     /// Smallest n_div of the meshes of a brick; 4 when not given.
     pub coarsest: Option<usize>,
     /// n_div of the finest mesh of a brick, a multiple of the scene's own; chosen when not given.
@@ -75,9 +79,9 @@ impl Accuracy {
         })
     }
 
-    /// What the studies mean for someone who has this mesh.
+    /// What the studies mean for someone who has this mesh of such elements.
     #[must_use]
-    pub fn advice(&self) -> Advice<'_> {
-        Advice::new(self)
+    pub fn advice(&self, element: ElementOrder) -> Advice<'_> {
+        Advice::new(self, element)
     }
 }

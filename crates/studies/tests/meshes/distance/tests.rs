@@ -229,7 +229,6 @@ fn nested_meshes_are_as_far_apart_as_their_study_says() {
         let mut scene = with_cells(&scene, [12, 4, 4]);
         scene.bodies[0].element = element;
         let settings = AccuracySettings {
-            budget: 1.0,
             coarsest: Some(4),
             finest: Some(8),
             ..AccuracySettings::default()
