@@ -117,7 +117,7 @@ def test_pictures_tables_and_grids(loop, greased):
 
 
 def test_studies_have_typed_results(tmp_path):
-    accuracy = package.accuracy(NEWTON, tmp_path / "accuracy.h5", set=SMALL, budget=0.05, coarsest=2, finest=4)
+    accuracy = package.accuracy(NEWTON, tmp_path / "accuracy.h5", set=SMALL, budget=20, coarsest=2, finest=4)
     assert isinstance(accuracy.solves, pd.DataFrame) and list(accuracy.levels["n_div"]) == [2, 4] and accuracy.advice
     limits = accuracy.limits.set_index("name")
     assert limits.loc["largest_von_mises", "concentration"] == "clamp" and limits["limit"].isna().all()
