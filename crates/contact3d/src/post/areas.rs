@@ -1,24 +1,27 @@
 //! The areas of contact and of stick, and where they lie.
 //!
-//! A count of panes moves by whole panes and cannot tell how sure it is. Here the conditions of contact are asked at the nodes of each
-//! pane, whose multiplier λ is a mean: a face that is pressed by a wave of the length 2h of a pane resists like a half-space with
+//! A count of panes moves by whole panes and cannot tell how sure it is. Here the conditions of contact are asked inside each pane, whose
+//! multiplier λ is a mean. A half-space resists waves of the number K like
 //!
-//!   k = 2 E*/h,  h = √|R|,  1/E* = (1 − ν²)/E, of two bodies the sum of both,
+//!   k = E* K/2,  K² = ∫ |∇g|² / ∫ (g − ḡ)²,  1/E* = (1 − ν²)/E, of two bodies the sum of both,
 //!
-//! so that pressure and shear at a node with the gap g and the slip s (along λ_t) are about
+//! where g is what the mesh leaves between face and obstacle inside the pane; an open pane has k = 2 E*/h, h = √|R|. The narrower the share
+//! σ of a pane that is pressed, the more it resists: κ k with κ = (1 + 3 σ̄⁻ⁿ)/4, n = 1 where g varies along one direction and 1/2 where
+//! along two, of the mean σ̄ over the pressed panes around. Of waves a (1 − cos Kx), which a pressure λ_ν = k a sin²(πσ/2) closes so far
+//! (H. M. Westergaard 1939), κ is that to a ninth. So pressure and shear at a place with the gap g and the slip s (along λ_t) are about
 //!
-//!   z = λ_ν − k g,   τ = λ_t + k s,   ψ = min(m(z⁺) (1 − ‖τ‖_𝓕), z),
+//!   z = λ_ν − c − κ k g,   τ = λ_t/σ + κ k s,   ψ = min(m(z⁺) (1 − ‖τ‖_𝓕), z),
 //!
-//! with the ellipse 𝓕 of the pressure z⁺ and the mean m of its semi-axes. Contact is where z > 0 and stick where ψ > 0, both linear
-//! between the nodes of a triangle, of quadratic ones on four parts.
+//! with the c for which z⁺ has the mean λ_ν, the ellipse 𝓕 of the pressure z⁺ and the mean m of its semi-axes. Contact is where z > 0 and
+//! stick where ψ > 0, both linear on the sixteen parts of a triangle.
 //!
 //! A level line may lie 0.15 of a pane away, by which z changes as much as from pane to pane; and the pressure itself is off by about the
-//! relative error η of the energy norm. So z is known to δ = 0.15 rms |Δz̄| + 0.75 η p̃ and ψ to 0.15 rms |Δψ̄| + 1.5 η m̃, with root mean
-//! squares p̃ and m̃ over the pressed face; where η is small, lines of contact are better known than that by √(η/0.15). Where the gap g
-//! differs between the nodes from its interpolation g_h, the amplitude k √2 rms |g − g_h| of such a wave adds to δ, of ψ as m̃/p̃ says. Where
-//! a pane is partly open z⁺ would carry more than λ_ν, and (z − c)⁺ just that for some c: z is taken less c/2, which adds to δ. The
-//! areas lie between those with z > δ and z > −δ. The other factors are measured: in 171 of 174 runs of 30 scenes the ranges held without c, at
-//! half the width of ranges by whole panes.
+//! relative error η of the energy norm. So z is known to δ = 0.15 rms |Δz̄| + 0.75 η p̃ and ψ to 0.15 rms |Δψ̄| + 1.5 η m̃ + 0.3 p̂, with root
+//! mean squares p̃ and m̃ over the pressed face; where η is small, lines of contact are better known than that by √(η/0.15). Waves of the
+//! pressure drag a face along a rigid obstacle: p̂ is their amplitude inside the pane, of which shear has the part (1 − 2ν)/(2 − 2ν), 0.3.
+//! The areas lie between those with z > δ and z > −δ for κ k, 4/3 of it and 2/3. The other factors are measured.
+
+use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
 
 use super::{
     ErrorEstimate, FunctionalEstimate, Solved, SolvedContact,
@@ -28,8 +31,8 @@ use crate::{
     contact::Ellipse,
     elasticity::MaterialField,
     linalg::ratio,
-    mesh::{ContactSurface, Mesh},
-    reference::QUADRATIC_TRIANGLE_NODES,
+    mesh::{ContactSurface, Mesh, quarters_of},
+    reference::quadrature,
     scene::{Functional, Scene},
 };
 
@@ -40,8 +43,14 @@ const LINE_SHIFT: f64 = 0.15;
 const PRESSURE_ERROR: f64 = 0.75;
 const BOUND_ERROR: f64 = 1.5;
 
-/// Steps of Newton's method for c; more change no digit that is printed.
-const EXCESS_STEPS: usize = 8;
+/// Steps of Newton's method for c, and for the stiffness of a patch; more change no digit that is printed.
+const PATCH_STEPS: usize = 8;
+
+/// The stiffness of a patch and what it may be instead, over κ k.
+const STIFFNESS: [f64; 3] = [1.0, 4.0 / 3.0, 2.0 / 3.0];
+
+/// Shear of a face without slip on a rigid obstacle, over waves of the pressure.
+const DRAG: f64 = 0.3;
 
 /// Fewest panes that tell an area.
 pub(super) const FEWEST_PANES: usize = 16;
@@ -67,14 +76,14 @@ pub(super) fn areas(
         functional: Functional::ContactArea,
         margin: 0,
         of_line: sharper,
-        of_gap: 1.0,
+        of_wave: 0.0,
         of_pressure: sharper * PRESSURE_ERROR * margins.sizes[0] * error,
     };
     let of_stick = ErrorOfMargin {
         functional: Functional::StickArea,
         margin: 1,
         of_line: 1.0,
-        of_gap: ratio(margins.sizes[1], margins.sizes[0]),
+        of_wave: DRAG,
         of_pressure: BOUND_ERROR * margins.sizes[1] * error,
     };
     let has_friction = contact.state.interface.has_friction();
@@ -91,11 +100,110 @@ struct ErrorOfMargin {
     functional: Functional,
     /// 0 for z, 1 for ψ.
     margin: usize,
-    /// Factors of the shift of its line, and of pressures by gaps between nodes.
+    /// Factors of the shift of its line and of waves inside panes.
     of_line: f64,
-    of_gap: f64,
+    of_wave: f64,
     /// What the error of pressures adds, in Pa.
     of_pressure: f64,
+}
+
+/// How a pane rests on what lies opposite.
+#[derive(Clone, Copy)]
+struct Patch {
+    /// κ k in Pa/m.
+    stiffness: f64,
+    /// c in Pa.
+    excess: f64,
+    /// σ, the share of the pane with z > 0.
+    share: f64,
+    /// p̂ in Pa.
+    wave: f64,
+}
+
+impl Patch {
+    /// All of a pane.
+    fn whole(stiffness: f64) -> Self {
+        Self {
+            stiffness,
+            excess: 0.0,
+            share: 1.0,
+            wave: 0.0,
+        }
+    }
+}
+
+/// −g inside a pane.
+#[derive(Default)]
+struct Opening {
+    /// In m at the corners of parts of the pane, with their areas.
+    depths: Vec<([f64; 3], f64)>,
+    /// ∫ ∇g ∇gᵀ in m².
+    slopes: Matrix3<f64>,
+}
+
+impl Opening {
+    /// Adds a part with its corners.
+    fn add(&mut self, corners: [[f64; 3]; 3], depths: [f64; 3], area: f64) {
+        let [a, b, c] = corners.map(Vector3::from);
+        let edges = Matrix3x2::from_columns(&[b - a, c - a]);
+        let rises = Vector2::new(depths[1] - depths[0], depths[2] - depths[0]);
+        if let Some(inverse) = (edges.transpose() * edges).try_inverse() {
+            let slope = edges * (inverse * rises);
+            self.slopes += slope * slope.transpose() * area;
+        }
+        self.depths.push((depths, area));
+    }
+
+    fn mean(&self, of: impl Fn([f64; 3]) -> f64) -> f64 {
+        let terms = || self.depths.iter();
+        terms().map(|(at, area)| area * of(*at)).sum::<f64>()
+            / terms().map(|(_, area)| area).sum::<f64>()
+    }
+
+    /// The mean of (g − ḡ)² in m².
+    fn variance(&self) -> f64 {
+        let mean = self.mean(|at| at.iter().sum::<f64>() / 3.0);
+        self.mean(|at| {
+            let off = at.map(|depth| depth - mean);
+            (off.iter().map(|d| d * d).sum::<f64>() + off.iter().sum::<f64>().powi(2)) / 12.0
+        })
+    }
+
+    /// K in 1/m.
+    fn wave_number(&self) -> f64 {
+        let whole: f64 = self.depths.iter().map(|(_, area)| area).sum();
+        ratio(self.slopes.trace(), whole * self.variance()).sqrt()
+    }
+
+    /// n: 1 of waves along one direction, 1/2 of those along two.
+    fn exponent(&self) -> f64 {
+        let trace = self.slopes.trace();
+        let of_two = 2.0 * (1.0 - ratio((self.slopes * self.slopes).trace(), trace * trace));
+        1.0 - 0.5 * of_two.clamp(0.0, 1.0)
+    }
+
+    /// The patch of a pressure in Pa for a stiffness in Pa/m, by Newton's method for c on the mean of z⁺, a convex function.
+    fn settled(&self, pressure: f64, stiffness: f64) -> Patch {
+        let trial = |at: [f64; 3]| at.map(|depth| pressure + stiffness * depth);
+        let mut patch = Patch {
+            stiffness,
+            // As if all of it were pressed, when the mean of z is linear in c.
+            excess: self.mean(|at| trial(at).iter().sum::<f64>() / 3.0) - pressure,
+            share: 1.0,
+            wave: stiffness * (2.0 * self.variance()).sqrt(),
+        };
+        for _ in 0..PATCH_STEPS {
+            let z = |at| trial(at).map(|z| z - patch.excess);
+            let force = self.mean(|at| positive_mean(z(at)));
+            let share = self.mean(|at| positive_share(z(at)));
+            if share <= 0.0 {
+                break;
+            }
+            patch.share = share;
+            patch.excess += (force - pressure) / share;
+        }
+        patch
+    }
 }
 
 /// z and ψ of the contact face, all in Pa.
@@ -103,16 +211,14 @@ struct Margins<'a> {
     solved: &'a Solved<'a>,
     contact: &'a SolvedContact<'a>,
     known: &'a SolutionData<'a>,
-    /// −g, s₁, s₂ at the contact nodes in m, `[n_contact_nodes]`.
-    moved: Vec<[f64; 3]>,
+    /// −g, s₁, s₂ at the corners of the parts of each contact triangle in m, `[n_contact_facets]`.
+    moved: Vec<Vec<[[f64; 3]; 3]>>,
     /// k in Pa/m, `[n_panes]`.
     stiffness: &'a [f64],
     /// The share of the triangles of each pane that something lies opposite of, `[n_panes]`.
     covered: Vec<f64>,
-    /// √2 rms |g − g_h| in m, `[n_contact_facets]`.
-    unseen: Vec<f64>,
-    /// c/2 in Pa, `[n_panes]`.
-    excess: Vec<f64>,
+    /// How each pane may rest on what lies opposite, `[n_panes]`.
+    patches: Vec<[Patch; 3]>,
     /// 0.15 rms |Δz̄| and 0.15 rms |Δψ̄|, `[n_panes]`.
     line_shift: Vec<[f64; 2]>,
     /// p̃ and m̃.
@@ -135,7 +241,11 @@ impl<'a> Margins<'a> {
             }
         }
         let covered = surface.pane_area.iter().zip(whole);
-        let moved = displacements(contact, known);
+        let nodal = displacements(contact, known);
+        let shares: Vec<[f64; 3]> = parts().into_iter().flatten().collect();
+        let at_shares =
+            ContactPoints::new(solved, contact, known, &nodal).moved_at(&nodal, &shares);
+        let of_parts = |at: Vec<[f64; 3]>| at.as_chunks().0.to_vec();
         let mut margins = Self {
             covered: covered
                 .map(|(area, whole)| (area / whole).min(1.0))
@@ -143,16 +253,16 @@ impl<'a> Margins<'a> {
             solved,
             contact,
             known,
-            unseen: ContactPoints::new(solved, contact, known, &moved).unseen(),
-            moved,
+            moved: at_shares.into_iter().map(of_parts).collect(),
             stiffness,
-            excess: vec![0.0; surface.n_panes()],
+            patches: stiffness.iter().map(|k| [Patch::whole(*k); 3]).collect(),
             line_shift: vec![[0.0; 2]; surface.n_panes()],
             sizes: [0.0; 2],
         };
-        let means: Vec<[f64; 2]> = panes.map(|pane| margins.of_pane(pane)).collect();
-        margins.line_shift = margins.line_shifts(&means);
-        margins.excess = margins.excesses();
+        let means: Vec<[f64; 2]> = panes.map(|pane| margins.of_pane(&nodal, pane)).collect();
+        let beside = surface.panes_beside(solved.mesh);
+        margins.line_shift = line_shifts(&means, &beside);
+        margins.patches = margins.settled(&beside);
         let pressed = || {
             let states = known.panes.iter().zip(&surface.pane_area);
             states.filter(|(state, _)| state.normal_stress < 0.0)
@@ -169,23 +279,27 @@ impl<'a> Margins<'a> {
     }
 
     /// z and ψ of some multipliers with their weights, for −g, s₁, s₂ in m.
-    fn at(&self, multipliers: &[(usize, f64)], moved: [f64; 3]) -> [f64; 2] {
+    fn at(&self, multipliers: &[(usize, f64)], moved: [f64; 3], kind: usize) -> [f64; 2] {
         let layout = self.contact.coupling.layout;
         let values = &self.solved.solution.multiplier;
-        let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
-            multipliers
-                .iter()
-                .map(|(pane, weight)| weight * of(*pane))
+        let sum = |of: &dyn Fn(usize, Patch) -> f64| -> f64 {
+            let terms = multipliers.iter();
+            terms
+                .map(|(pane, weight)| weight * of(*pane, self.patches[*pane][kind]))
                 .sum()
         };
-        let stiffness = sum(&|pane| self.stiffness[pane]);
+        let stiffness = sum(&|_, patch| patch.stiffness);
         let contact =
-            sum(&|pane| values[layout.normal(pane)] - self.excess[pane]) + stiffness * moved[0];
+            sum(&|pane, patch| values[layout.normal(pane)] - patch.excess) + stiffness * moved[0];
         let shear = [0, 1].map(|k| {
-            let of_pane = |pane| layout.tangential(pane).map_or(0.0, |pair| values[pair[k]]);
+            let of_pane = |pane, patch: Patch| {
+                layout
+                    .tangential(pane)
+                    .map_or(0.0, |pair| values[pair[k]] / patch.share)
+            };
             sum(&of_pane) + stiffness * moved[k + 1]
         });
-        let semi_axes = [0, 1].map(|k| sum(&|pane| self.semi_axes(pane, contact.max(0.0))[k]));
+        let semi_axes = [0, 1].map(|k| sum(&|pane, _| self.semi_axes(pane, contact.max(0.0))[k]));
         let size = (semi_axes[0] + semi_axes[1]) / 2.0;
         let level = match shear {
             [0.0, 0.0] => 0.0,
@@ -213,61 +327,58 @@ impl<'a> Margins<'a> {
         }
     }
 
-    /// z̄ and ψ̄.
-    fn of_pane(&self, pane: usize) -> [f64; 2] {
-        let nodes = self.contact.state.surface.pane_weights(pane);
+    /// z̄ and ψ̄ for −g, s₁, s₂ at the contact nodes in m.
+    fn of_pane(&self, nodal: &[[f64; 3]], pane: usize) -> [f64; 2] {
         let mut mean = [0.0; 3];
-        for (node, weight) in nodes {
-            (0..3).for_each(|c| mean[c] += weight * self.moved[node][c]);
+        for (node, weight) in self.contact.state.surface.pane_weights(pane) {
+            (0..3).for_each(|c| mean[c] += weight * nodal[node][c]);
         }
-        self.at(&[(pane, 1.0)], mean)
+        self.at(&[(pane, 1.0)], mean, 0)
     }
 
-    /// c/2 of each pane, by Newton's method on the mean of (z − c)⁺, a convex function of c.
-    fn excesses(&self) -> Vec<f64> {
-        let surface = self.contact.state.surface;
-        let mut parts: Vec<Vec<([f64; 3], f64)>> = vec![Vec::new(); surface.n_panes()];
-        for place in 0..surface.facets.len() {
+    /// The patches of all panes, of which those that share a node with a pane are `beside` it.
+    fn settled(&self, beside: &[Vec<usize>]) -> Vec<[Patch; 3]> {
+        let (mesh, surface) = (self.solved.mesh, self.contact.state.surface);
+        let n_panes = surface.n_panes();
+        let mut openings: Vec<Opening> = (0..n_panes).map(|_| Opening::default()).collect();
+        for (place, moved) in self.moved.iter().enumerate() {
             let Some(pane) = surface.pane_of_facet(place) else {
                 continue;
             };
-            let nodes = self.contact.nodes_of(self.solved.mesh, place);
-            let z: Vec<f64> = nodes
-                .iter()
-                .map(|node| self.at(&[(pane, 1.0)], self.moved[*node])[0])
-                .collect();
-            let of_part = parts_of(nodes.len());
-            let area = self.area_of(place) / of_part.len() as f64;
-            parts[pane].extend(of_part.iter().map(|part| (part.map(|k| z[k]), area)));
-        }
-        let of_pane = |(pane, parts): (usize, Vec<([f64; 3], f64)>)| {
-            let whole: f64 = parts.iter().map(|(_, area)| area).sum();
-            let wanted = whole * -self.known.panes[pane].normal_stress;
-            let mut c = 0.0;
-            for _ in 0..EXCESS_STEPS {
-                let shifted = || parts.iter().map(|(z, area)| (z.map(|z| z - c), area));
-                let force: f64 = shifted().map(|(z, area)| area * positive_mean(z)).sum();
-                let share: f64 = shifted().map(|(z, area)| area * positive_share(z)).sum();
-                if share <= 0.0 {
-                    break;
-                }
-                c += (force - wanted) / share;
+            let corners = mesh.corners(&mesh.facets[surface.facets[place]]);
+            let area = self.area_of(place) / moved.len() as f64;
+            for (part, at) in parts().iter().zip(moved) {
+                let corners = part.map(|share| quadrature::point(&corners, &share));
+                openings[pane].add(corners, at.map(|at| at[0]), area);
             }
-            0.5 * c.max(0.0)
+        }
+        let pressure = |pane: usize| -self.known.panes[pane].normal_stress;
+        let is_pressed = |pane: &usize| pressure(*pane) > 0.0 && !openings[*pane].depths.is_empty();
+        // Of E* K/2, where k is 2 E*/h.
+        let stiffness = |pane: usize| {
+            let h = surface.pane_area[pane].sqrt();
+            self.stiffness[pane] * openings[pane].wave_number() * h / 4.0
         };
-        parts.into_iter().enumerate().map(of_pane).collect()
-    }
-
-    /// What z̄ and ψ̄ change by from each pane to those that share a node with it.
-    fn line_shifts(&self, means: &[[f64; 2]]) -> Vec<[f64; 2]> {
-        let beside = self.contact.state.surface.panes_beside(self.solved.mesh);
-        let of_pane = |(pane, others): (usize, Vec<usize>)| {
-            [0, 1].map(|k| {
-                let changes = others.iter().map(|&other| means[other][k] - means[pane][k]);
-                LINE_SHIFT * root_mean_square(changes.map(|change| (change, 1.0)))
-            })
-        };
-        beside.into_iter().enumerate().map(of_pane).collect()
+        let of_open = |k: &f64| STIFFNESS.map(|by| Patch::whole(by * k));
+        let mut patches: Vec<_> = self.stiffness.iter().map(of_open).collect();
+        for _ in 0..PATCH_STEPS {
+            let settled = |pane: usize| {
+                if !is_pressed(&pane) {
+                    return patches[pane];
+                }
+                let around = beside[pane].iter().chain([&pane]);
+                let shares = around
+                    .filter(|pane| is_pressed(pane))
+                    .map(|pane| patches[*pane][0].share);
+                let (sum, n) = shares.fold((0.0, 0.0), |(sum, n), share| (sum + share, n + 1.0));
+                let narrower = (1.0 + 3.0 * (n / sum).powf(openings[pane].exponent())) / 4.0;
+                STIFFNESS.map(|by| {
+                    openings[pane].settled(pressure(pane), by * narrower * stiffness(pane))
+                })
+            };
+            patches = (0..n_panes).map(settled).collect();
+        }
+        patches
     }
 
     /// The area where a margin is positive.
@@ -317,29 +428,34 @@ impl<'a> Margins<'a> {
     /// The areas of a contact triangle in m² where a margin is positive, above its error and above the opposite of it; and the part of
     /// that error which is of the line.
     fn areas_of_triangle(&self, place: usize, error: &ErrorOfMargin) -> ([f64; 3], f64) {
-        let nodes = self.contact.nodes_of(self.solved.mesh, place);
-        let (mut margins, mut errors, mut of_line) = ([0.0; 6], [0.0; 6], 0.0);
-        for (k, (&node, share)) in nodes.iter().zip(QUADRATIC_TRIANGLE_NODES).enumerate() {
-            let multipliers = self.multipliers_at(place, share);
-            margins[k] = self.at(&multipliers, self.moved[node])[error.margin];
-            let shifts = multipliers.iter().map(|(pane, weight)| {
-                let unseen = self.stiffness[*pane] * self.unseen[place] + self.excess[*pane];
-                weight
-                    * (error.of_line * self.line_shift[*pane][error.margin] + error.of_gap * unseen)
+        let (mut shares, mut whole, mut of_line) = ([[0.0; 3]; 3], 0.0, 0.0);
+        let parts = parts();
+        for (part, moved) in parts.iter().zip(&self.moved[place]) {
+            let corners: [_; 3] = std::array::from_fn(|k| {
+                let multipliers = self.multipliers_at(place, part[k]);
+                let of_pane = |(pane, weight): &(usize, f64)| {
+                    let shift = error.of_line * self.line_shift[*pane][error.margin];
+                    weight * (shift + error.of_wave * self.patches[*pane][0].wave)
+                };
+                let line = multipliers.iter().map(of_pane).sum::<f64>().max(0.0);
+                let margins =
+                    [0, 1, 2].map(|kind| self.at(&multipliers, moved[k], kind)[error.margin]);
+                of_line += line;
+                whole += line + error.of_pressure;
+                (margins, line + error.of_pressure)
             });
-            let line = shifts.sum::<f64>().max(0.0);
-            errors[k] = line + error.of_pressure;
-            of_line += line;
+            for (kind, shares) in shares.iter_mut().enumerate() {
+                for (share, by) in shares.iter_mut().zip([0.0, 1.0, -1.0]) {
+                    *share +=
+                        positive_share(corners.map(|(margins, error)| margins[kind] - by * error));
+                }
+            }
         }
-        let parts = parts_of(nodes.len());
         let of_part = self.area_of(place) / parts.len() as f64;
-        let areas = [0.0, 1.0, -1.0].map(|by| {
-            let shares = parts
-                .iter()
-                .map(|part| part.map(|k| margins[k] - by * errors[k]));
-            of_part * shares.map(positive_share).sum::<f64>()
-        });
-        let whole: f64 = errors.iter().sum();
+        let [low, high] = [1, 2].map(|k| shares.map(|of_kind| of_kind[k]));
+        let low = low.into_iter().fold(f64::INFINITY, f64::min);
+        let high = high.into_iter().fold(0.0, f64::max);
+        let areas = [shares[0][0], low, high].map(|share| of_part * share);
         (areas, if whole > 0.0 { of_line / whole } else { 1.0 })
     }
 
@@ -411,12 +527,21 @@ fn root_mean_square(values: impl Iterator<Item = (f64, f64)>) -> f64 {
     }
 }
 
-/// The parts of a contact triangle on which margins are linear, by its nodes.
-fn parts_of(n_nodes: usize) -> &'static [[usize; 3]] {
-    match n_nodes {
-        3 => &[[0, 1, 2]],
-        _ => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
-    }
+/// The parts of a contact triangle on which margins are linear, by barycentric coordinates.
+fn parts() -> Vec<[[f64; 3]; 3]> {
+    let whole = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    quarters_of(&whole).iter().flat_map(quarters_of).collect()
+}
+
+/// What z̄ and ψ̄ change by from each pane to those that share a node with it.
+fn line_shifts(means: &[[f64; 2]], beside: &[Vec<usize>]) -> Vec<[f64; 2]> {
+    let of_pane = |(pane, others): (usize, &Vec<usize>)| {
+        [0, 1].map(|k| {
+            let changes = others.iter().map(|&other| means[other][k] - means[pane][k]);
+            LINE_SHIFT * root_mean_square(changes.map(|change| (change, 1.0)))
+        })
+    };
+    beside.iter().enumerate().map(of_pane).collect()
 }
 
 /// The mean over a triangle of the positive part of a linear function with these values at its corners.
@@ -455,7 +580,38 @@ fn positive_share(corners: [f64; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
+
+    /// Strips of a pane as long as a wave close as far as Westergaard's solution says.
+    #[test]
+    fn waves_close_as_in_closed_form() {
+        let mut wave = Opening::default();
+        for k in 0..200 {
+            let [from, to] = [k, k + 1].map(|k| f64::from(k) / 200.0);
+            let depth = |x: f64| (2.0 * PI * x).cos() - 1.0;
+            wave.add(
+                [[from, 0.0, 0.0], [to, 0.0, 0.0], [from, 1.0, 0.0]],
+                [from, to, from].map(depth),
+                1.0,
+            );
+            wave.add(
+                [[to, 1.0, 0.0], [from, 1.0, 0.0], [to, 0.0, 0.0]],
+                [to, from, to].map(depth),
+                1.0,
+            );
+        }
+        // 200 straight pieces of a wave.
+        assert!((wave.wave_number() / (2.0 * PI) - 1.0).abs() < 1e-3);
+        assert!((wave.exponent() - 1.0).abs() < 1e-12);
+        for share in [0.05, 0.3, 0.6, 0.95] {
+            let pressure = (PI * share / 2.0).sin().powi(2);
+            let found = wave.settled(pressure, (1.0 + 3.0 / share) / 4.0).share;
+            // A stiffness off by a ninth moves the edge by its third.
+            assert!((found / share - 1.0).abs() < 0.04, "{found} {share}");
+        }
+    }
 
     #[test]
     fn lines_cut_triangles_in_closed_form() {

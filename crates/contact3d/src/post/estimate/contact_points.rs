@@ -93,17 +93,25 @@ impl<'a> ContactPoints<'a> {
         }
     }
 
-    /// By how much u_ν − d differs between the nodes of each contact triangle from what its nodes say: √2 times the root of the mean square
-    /// in m, the amplitude of a wave, `[n_contact_facets]`.
-    pub(in crate::post) fn unseen(&self) -> Vec<f64> {
+    /// (u_ν − d, u_t1, u_t2) at these places of each contact triangle in m, from its values at the contact nodes, `[n_contact_facets]`.
+    pub(in crate::post) fn moved_at(
+        &self,
+        nodal: &[[f64; 3]],
+        shares: &[[f64; 3]],
+    ) -> Vec<Vec<[f64; 3]>> {
         let places = 0..self.contact.state.surface.facets.len();
         let of_facet = |place: usize| {
             let triangle = TriangleDepth::new(self, place);
-            if triangle.obstacle.is_none() && triangle.gap.is_none() {
-                return 0.0;
-            }
-            let square = |it: ContactPoint| it.weight * it.beyond_nodes.powi(2);
-            (2.0 * triangle.points().into_iter().map(square).sum::<f64>()).sqrt()
+            let nodes = self.contact.nodes_of(self.mesh, place);
+            let at = |share: &[f64; 3]| {
+                let shape = self.mesh.facet_shape(share);
+                let sum = |c: usize| -> f64 {
+                    let terms = nodes.iter().zip(&shape);
+                    terms.map(|(node, shape)| nodal[*node][c] * shape).sum()
+                };
+                [sum(0) - triangle.beyond_nodes(&shape), sum(1), sum(2)]
+            };
+            shares.iter().map(at).collect()
         };
         places.into_par_iter().map(of_facet).collect()
     }
