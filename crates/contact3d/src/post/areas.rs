@@ -22,6 +22,7 @@
 //! The areas lie between those with z > δ and z > −δ for κ k, 4/3 of it and 2/3. The other factors are measured.
 
 use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
+use rayon::prelude::*;
 
 use super::{
     ErrorEstimate, FunctionalEstimate, Solved, SolvedContact,
@@ -87,13 +88,21 @@ pub(super) fn areas(
         of_pressure: BOUND_ERROR * margins.sizes[1] * error,
     };
     let has_friction = contact.state.interface.has_friction();
-    let errors = [of_contact]
-        .into_iter()
-        .chain(has_friction.then_some(of_stick));
+    let errors = [of_contact, of_stick];
+    let errors = &errors[..1 + usize::from(has_friction)];
+    let places = (0..margins.moved.len()).into_par_iter();
+    let of_triangles: Vec<_> = places
+        .map(|place| margins.areas_of_triangle(place, errors))
+        .collect();
     errors
-        .map(|error| margins.area(&error, energy, wanted))
+        .iter()
+        .map(|error| margins.area(error, &of_triangles, energy, wanted))
         .collect()
 }
+
+/// The areas of a contact triangle in m² where z and ψ are positive, above their errors and above the opposite of them; and the part of
+/// those errors which is of the line.
+type AreasOfTriangle = [([f64; 3], f64); 2];
 
 /// What a margin is known to.
 struct ErrorOfMargin {
@@ -196,10 +205,13 @@ impl Opening {
             let z = |at| trial(at).map(|z| z - patch.excess);
             let force = self.mean(|at| positive_mean(z(at)));
             let share = self.mean(|at| positive_share(z(at)));
-            if share <= 0.0 {
+            if share > 0.0 {
+                patch.share = share;
+            }
+            // Convex, so c comes up to its root from below.
+            if share <= 0.0 || force - pressure <= 1e-9 * pressure {
                 break;
             }
-            patch.share = share;
             patch.excess += (force - pressure) / share;
         }
         patch
@@ -354,37 +366,46 @@ impl<'a> Margins<'a> {
         }
         let pressure = |pane: usize| -self.known.panes[pane].normal_stress;
         let is_pressed = |pane: &usize| pressure(*pane) > 0.0 && !openings[*pane].depths.is_empty();
-        // Of E* K/2, where k is 2 E*/h.
-        let stiffness = |pane: usize| {
-            let h = surface.pane_area[pane].sqrt();
-            self.stiffness[pane] * openings[pane].wave_number() * h / 4.0
+        // E* K/2 from k = 2 E*/h.
+        let of_waves = |(pane, opening): (usize, &Opening)| {
+            self.stiffness[pane] * opening.wave_number() * surface.pane_area[pane].sqrt() / 4.0
         };
-        let of_open = |k: &f64| STIFFNESS.map(|by| Patch::whole(by * k));
-        let mut patches: Vec<_> = self.stiffness.iter().map(of_open).collect();
+        let of_waves: Vec<f64> = openings.iter().enumerate().map(of_waves).collect();
+        let stiffness = |patches: &[Patch], pane: usize| {
+            if !is_pressed(&pane) {
+                return self.stiffness[pane];
+            }
+            let around = beside[pane]
+                .iter()
+                .chain([&pane])
+                .filter(|pane| is_pressed(pane));
+            let (sum, n) = around.fold((0.0, 0.0), |(sum, n), pane| {
+                (sum + patches[*pane].share, n + 1.0)
+            });
+            let narrower = (n / sum).powf(openings[pane].exponent());
+            of_waves[pane] * (1.0 + 3.0 * narrower) / 4.0
+        };
+        let settled = |pane: usize, stiffness: f64| match is_pressed(&pane) {
+            true => openings[pane].settled(pressure(pane), stiffness),
+            false => Patch::whole(stiffness),
+        };
+        let panes = (0..n_panes).into_par_iter();
+        let mut patches: Vec<Patch> = self.stiffness.iter().map(|k| Patch::whole(*k)).collect();
         for _ in 0..PATCH_STEPS {
-            let settled = |pane: usize| {
-                if !is_pressed(&pane) {
-                    return patches[pane];
-                }
-                let around = beside[pane].iter().chain([&pane]);
-                let shares = around
-                    .filter(|pane| is_pressed(pane))
-                    .map(|pane| patches[*pane][0].share);
-                let (sum, n) = shares.fold((0.0, 0.0), |(sum, n), share| (sum + share, n + 1.0));
-                let narrower = (1.0 + 3.0 * (n / sum).powf(openings[pane].exponent())) / 4.0;
-                STIFFNESS.map(|by| {
-                    openings[pane].settled(pressure(pane), by * narrower * stiffness(pane))
-                })
-            };
-            patches = (0..n_panes).map(settled).collect();
+            let next = panes
+                .clone()
+                .map(|pane| settled(pane, stiffness(&patches, pane)));
+            patches = next.collect();
         }
-        patches
+        let of_pane = |pane| STIFFNESS.map(|by| settled(pane, by * stiffness(&patches, pane)));
+        panes.map(of_pane).collect()
     }
 
     /// The area where a margin is positive.
     fn area(
         &self,
         error: &ErrorOfMargin,
+        of_triangles: &[AreasOfTriangle],
         energy: &ErrorEstimate,
         wanted: Option<Functional>,
     ) -> FunctionalEstimate {
@@ -397,7 +418,7 @@ impl<'a> Margins<'a> {
         let mut indicator = vec![0.0; mesh.tetrahedra.len()];
         let (mut sums, mut by_pressure) = ([0.0; 3], 0.0);
         for (place, tetrahedron) in mesh.behind_contact().into_iter().enumerate() {
-            let (mut areas, line_part) = self.areas_of_triangle(place, error);
+            let (mut areas, line_part) = of_triangles[place][error.margin];
             // A face without any force may touch, but bears nothing.
             if !is_pressed[surface.face_number(place)] {
                 areas = [0.0, 0.0, areas[2]];
@@ -425,38 +446,56 @@ impl<'a> Margins<'a> {
         }
     }
 
-    /// The areas of a contact triangle in m² where a margin is positive, above its error and above the opposite of it; and the part of
-    /// that error which is of the line.
-    fn areas_of_triangle(&self, place: usize, error: &ErrorOfMargin) -> ([f64; 3], f64) {
-        let (mut shares, mut whole, mut of_line) = ([[0.0; 3]; 3], 0.0, 0.0);
+    fn areas_of_triangle(&self, place: usize, errors: &[ErrorOfMargin]) -> AreasOfTriangle {
         let parts = parts();
+        let of_pane = self.contact.state.surface.pane_of_facet(place);
+        let of_pane = of_pane.map(|pane| vec![(pane, 1.0)]);
+        let mut shares = [[[0.0; 3]; 3]; 2];
+        let mut lines = [[0.0; 2]; 2];
         for (part, moved) in parts.iter().zip(&self.moved[place]) {
             let corners: [_; 3] = std::array::from_fn(|k| {
-                let multipliers = self.multipliers_at(place, part[k]);
-                let of_pane = |(pane, weight): &(usize, f64)| {
-                    let shift = error.of_line * self.line_shift[*pane][error.margin];
-                    weight * (shift + error.of_wave * self.patches[*pane][0].wave)
-                };
-                let line = multipliers.iter().map(of_pane).sum::<f64>().max(0.0);
-                let margins =
-                    [0, 1, 2].map(|kind| self.at(&multipliers, moved[k], kind)[error.margin]);
-                of_line += line;
-                whole += line + error.of_pressure;
-                (margins, line + error.of_pressure)
+                let at_place = || self.multipliers_at(place, part[k]);
+                let multipliers = of_pane.clone().unwrap_or_else(at_place);
+                let margins = [0, 1, 2].map(|kind| self.at(&multipliers, moved[k], kind));
+                (margins, self.lines(&multipliers, errors))
             });
-            for (kind, shares) in shares.iter_mut().enumerate() {
-                for (share, by) in shares.iter_mut().zip([0.0, 1.0, -1.0]) {
-                    *share +=
-                        positive_share(corners.map(|(margins, error)| margins[kind] - by * error));
+            for error in errors {
+                let m = error.margin;
+                for (kind, shares) in shares[m].iter_mut().enumerate() {
+                    for (share, by) in shares.iter_mut().zip([0.0, 1.0, -1.0]) {
+                        let beyond = |line: f64| by * (line + error.of_pressure);
+                        *share += positive_share(
+                            corners.map(|(margins, line)| margins[kind][m] - beyond(line[m])),
+                        );
+                    }
                 }
+                let of_line: f64 = corners.iter().map(|(_, line)| line[m]).sum();
+                lines[m][0] += of_line;
+                lines[m][1] += of_line + 3.0 * error.of_pressure;
             }
         }
         let of_part = self.area_of(place) / parts.len() as f64;
-        let [low, high] = [1, 2].map(|k| shares.map(|of_kind| of_kind[k]));
-        let low = low.into_iter().fold(f64::INFINITY, f64::min);
-        let high = high.into_iter().fold(0.0, f64::max);
-        let areas = [shares[0][0], low, high].map(|share| of_part * share);
-        (areas, if whole > 0.0 { of_line / whole } else { 1.0 })
+        [0, 1].map(|m| {
+            let [low, high] = [1, 2].map(|k| shares[m].map(|of_kind| of_kind[k]));
+            let low = low.into_iter().fold(f64::INFINITY, f64::min);
+            let high = high.into_iter().fold(0.0, f64::max);
+            let areas = [shares[m][0][0], low, high].map(|share| of_part * share);
+            let [of_line, whole] = lines[m];
+            (areas, if whole > 0.0 { of_line / whole } else { 1.0 })
+        })
+    }
+
+    /// What z and ψ are off by with their lines, in Pa.
+    fn lines(&self, multipliers: &[(usize, f64)], errors: &[ErrorOfMargin]) -> [f64; 2] {
+        let mut lines = [0.0; 2];
+        for error in errors {
+            let of_pane = |(pane, weight): &(usize, f64)| {
+                let shift = error.of_line * self.line_shift[*pane][error.margin];
+                weight * (shift + error.of_wave * self.patches[*pane][0].wave)
+            };
+            lines[error.margin] = multipliers.iter().map(of_pane).sum::<f64>().max(0.0);
+        }
+        lines
     }
 
     /// The area of a contact triangle in m², as far as its pane has something opposite.
