@@ -10,7 +10,7 @@ use contact3d::{
     history::{StepRecord, largest_norm},
     linalg::EngineError,
     mesh::{ContactSurface, Mesh},
-    post::{ContactReport, NarrowContact},
+    post::ContactReport,
     scene::{InvalidValue, SceneFile, Warning},
     solver::{Solution, Status},
 };
@@ -68,15 +68,14 @@ impl Results {
         faces.flatten().fold(0.0, |deepest, at| deepest.max(-at))
     }
 
-    /// Contact that is as narrow as one pane under the largest force, and the place of its increment; `None` where panes tell how its pressure falls.
+    /// The share of the normal force on panes beside open ones where it is the largest and contact no wider, and the place of its increment.
     #[must_use]
-    pub fn narrow_contact(&self) -> Option<(NarrowContact, usize)> {
+    pub fn narrow_share(&self) -> Option<(f64, usize)> {
         let [.., force] = StepRecord::LOADS;
         let (problem, report, place) = self.loaded_most(force);
         let solved = self.solution.status.is_solved();
         let side = problem.contact_side().filter(|_| solved)?;
-        let narrow = report.narrow_contact(problem.scene(), problem.mesh(), side)?;
-        Some((narrow, place))
+        Some((report.narrow_share(problem.mesh(), side)?, place))
     }
 
     /// What is allowed in the scene, of a load history that of the increment with the largest strain energy, and probably not meant.

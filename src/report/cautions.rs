@@ -3,7 +3,7 @@
 use contact3d::{
     history::StepRecord,
     mesh::extents,
-    post::{NarrowContact, PaneState, Zone},
+    post::{PaneState, Zone},
     scene::{Clamp, Follow, Obstacle},
 };
 use units::Dimension;
@@ -120,23 +120,10 @@ impl SolvedRun<'_> {
         all.chain(self.long_slips()).collect()
     }
 
-    /// That contact is as narrow as one pane, how wide it may be, and what to do; `None` where panes tell how its pressure falls.
+    /// That contact is hardly wider than panes, and what to do; `None` where panes tell how its pressure falls.
     fn narrow_contact(&self) -> Option<String> {
-        let (narrow, place) = self.results.narrow_contact()?;
-        // A guess has two digits.
-        let length = |it: f64| {
-            let digit = 10f64.powf(it.log10().floor() - 1.0);
-            let rounded = (it / digit).round() * digit;
-            self.scene.units.of(Dimension::LENGTH).told(&[rounded])
-        };
-        let wide = narrow.width.map(|width| {
-            format!(
-                "; by Hertz's theory it is about {} wide, which wants panes of {} there",
-                length(width),
-                length(width / NarrowContact::PANES_ACROSS)
-            )
-        });
-        let mut what = wide.unwrap_or_default();
+        let (share, place) = self.results.narrow_share()?;
+        let mut what = String::new();
         if self.scene.adapt.is_none() {
             what += "; run ... --error 5% refines the mesh there";
         }
@@ -145,7 +132,7 @@ impl SolvedRun<'_> {
         }
         Some(format!(
             "{} of the normal force{} is on panes beside open ones: contact is hardly wider than panes, which round its pressures and areas{what}",
-            percent(narrow.share),
+            percent(share),
             self.in_increment(place)
         ))
     }

@@ -477,44 +477,6 @@ fn contact_as_narrow_as_panes_is_warned_of() {
     assert!(!text.contains("beside open ones"), "{text}");
 }
 
-/// What a ball and a cylinder press into is told with Hertz's width: 2 (3FR / 4E*)^(1/3) under 100 N, and 4 (FR / πE*L)^(1/2) under 10 MPa on
-/// 10 mm of a strip, to the two digits that are told.
-#[test]
-fn narrow_contact_is_told_with_its_width() {
-    let run = |obstacle: &str, clamps: &str| {
-        let text = format!(
-            r#"
-title = "narrow"
-units.length = "mm"
-body.brick = {{ size = [10.0, 10.0, 10.0], cells = [16, 16, 2] }}
-material.isotropic = {{ young_modulus = 2.1e5, poisson_ratio = 0.3 }}
-contact.face = "z_min"
-contact.multipliers = "nodal"
-contact.obstacle.{obstacle}
-{clamps}
-"#
-        );
-        scene(&text, &[]).1
-    };
-    let sides = r#"clamp = [{ face = "x_max", components = ["x"] }, { face = "y_min", components = ["y"] }, { face = "y_max", components = ["y"] }]"#;
-    let ball = run(
-        "sphere = { centre = [5.0, 5.0, -30.0], radius = 30.0 }",
-        r#"pressure = [{ face = "z_max", value = 1.0 }]
-[[clamp]]
-face = "x_max"
-components = ["x", "y"]"#,
-    );
-    assert!(
-        ball.contains("about 0.43 mm wide, which wants panes of 0.11 mm there"),
-        "{ball}"
-    );
-    let strip = run(
-        "cylinder = { point = [5.0, 0.0, -30.0], direction = [0.0, 1.0, 0.0], radius = 30.0 }",
-        &format!("{sides}\npressure = [{{ face = \"z_max\", value = 10.0 }}]"),
-    );
-    assert!(strip.contains("about 0.26 mm wide"), "{strip}");
-}
-
 /// A block on a foot of one pane, its load 3 mm beside the axis and the foot 60 mm wide: within 60 mm / 6, so it stands
 /// with the whole foot pressed.
 #[test]

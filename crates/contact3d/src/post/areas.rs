@@ -89,20 +89,15 @@ pub(super) fn areas(
     };
     let has_friction = contact.state.interface.has_friction();
     let errors = [of_contact, of_stick];
-    let errors = &errors[..1 + usize::from(has_friction)];
     let places = (0..margins.moved.len()).into_par_iter();
     let of_triangles: Vec<_> = places
-        .map(|place| margins.areas_of_triangle(place, errors))
+        .map(|place| margins.areas_of_triangle(place, &errors))
         .collect();
-    errors
-        .iter()
+    let told = &errors[..1 + usize::from(has_friction)];
+    told.iter()
         .map(|error| margins.area(error, &of_triangles, energy, wanted))
         .collect()
 }
-
-/// The areas of a contact triangle in m² where z and ψ are positive, above their errors and above the opposite of them; and the part of
-/// those errors which is of the line.
-type AreasOfTriangle = [([f64; 3], f64); 2];
 
 /// What a margin is known to.
 struct ErrorOfMargin {
@@ -405,7 +400,7 @@ impl<'a> Margins<'a> {
     fn area(
         &self,
         error: &ErrorOfMargin,
-        of_triangles: &[AreasOfTriangle],
+        of_triangles: &[[([f64; 3], f64); 2]],
         energy: &ErrorEstimate,
         wanted: Option<Functional>,
     ) -> FunctionalEstimate {
@@ -446,56 +441,50 @@ impl<'a> Margins<'a> {
         }
     }
 
-    fn areas_of_triangle(&self, place: usize, errors: &[ErrorOfMargin]) -> AreasOfTriangle {
-        let parts = parts();
+    /// The areas of a contact triangle in m² where z and ψ are positive, above their errors and above the opposite of them; and the part of
+    /// those errors which is of the line.
+    fn areas_of_triangle(&self, place: usize, errors: &[ErrorOfMargin; 2]) -> [([f64; 3], f64); 2] {
         let of_pane = self.contact.state.surface.pane_of_facet(place);
         let of_pane = of_pane.map(|pane| vec![(pane, 1.0)]);
-        let mut shares = [[[0.0; 3]; 3]; 2];
-        let mut lines = [[0.0; 2]; 2];
-        for (part, moved) in parts.iter().zip(&self.moved[place]) {
-            let corners: [_; 3] = std::array::from_fn(|k| {
-                let at_place = || self.multipliers_at(place, part[k]);
-                let multipliers = of_pane.clone().unwrap_or_else(at_place);
-                let margins = [0, 1, 2].map(|kind| self.at(&multipliers, moved[k], kind));
-                (margins, self.lines(&multipliers, errors))
+        let corner = |share: [f64; 3], moved: [f64; 3]| {
+            let multipliers = of_pane
+                .clone()
+                .unwrap_or_else(|| self.multipliers_at(place, share));
+            let margins = [0, 1, 2].map(|kind| self.at(&multipliers, moved, kind));
+            let lines = errors.each_ref().map(|error| {
+                let of_pane = |(pane, weight): &(usize, f64)| {
+                    let shift = error.of_line * self.line_shift[*pane][error.margin];
+                    weight * (shift + error.of_wave * self.patches[*pane][0].wave)
+                };
+                multipliers.iter().map(of_pane).sum::<f64>().max(0.0)
             });
-            for error in errors {
-                let m = error.margin;
-                for (kind, shares) in shares[m].iter_mut().enumerate() {
-                    for (share, by) in shares.iter_mut().zip([0.0, 1.0, -1.0]) {
-                        let beyond = |line: f64| by * (line + error.of_pressure);
-                        *share += positive_share(
-                            corners.map(|(margins, line)| margins[kind][m] - beyond(line[m])),
-                        );
-                    }
-                }
-                let of_line: f64 = corners.iter().map(|(_, line)| line[m]).sum();
-                lines[m][0] += of_line;
-                lines[m][1] += of_line + 3.0 * error.of_pressure;
-            }
-        }
+            (margins, lines)
+        };
+        let parts = parts().into_iter().zip(&self.moved[place]);
+        let parts: Vec<[_; 3]> = parts
+            .map(|(part, moved)| std::array::from_fn(|k| corner(part[k], moved[k])))
+            .collect();
         let of_part = self.area_of(place) / parts.len() as f64;
-        [0, 1].map(|m| {
-            let [low, high] = [1, 2].map(|k| shares[m].map(|of_kind| of_kind[k]));
-            let low = low.into_iter().fold(f64::INFINITY, f64::min);
-            let high = high.into_iter().fold(0.0, f64::max);
-            let areas = [shares[m][0][0], low, high].map(|share| of_part * share);
-            let [of_line, whole] = lines[m];
-            (areas, if whole > 0.0 { of_line / whole } else { 1.0 })
-        })
-    }
-
-    /// What z and ψ are off by with their lines, in Pa.
-    fn lines(&self, multipliers: &[(usize, f64)], errors: &[ErrorOfMargin]) -> [f64; 2] {
-        let mut lines = [0.0; 2];
-        for error in errors {
-            let of_pane = |(pane, weight): &(usize, f64)| {
-                let shift = error.of_line * self.line_shift[*pane][error.margin];
-                weight * (shift + error.of_wave * self.patches[*pane][0].wave)
+        errors.each_ref().map(|error| {
+            let m = error.margin;
+            let area = |kind: usize, by: f64| {
+                let shares = parts.iter().map(|part| {
+                    positive_share(part.map(|(margins, lines)| {
+                        margins[kind][m] - by * (lines[m] + error.of_pressure)
+                    }))
+                });
+                of_part * shares.sum::<f64>()
             };
-            lines[error.margin] = multipliers.iter().map(of_pane).sum::<f64>().max(0.0);
-        }
-        lines
+            let [lows, highs] = [1.0, -1.0].map(|by| [0, 1, 2].map(|kind| area(kind, by)));
+            let low = lows.into_iter().fold(f64::INFINITY, f64::min);
+            let high = highs.into_iter().fold(0.0, f64::max);
+            let of_line: f64 = parts.iter().flatten().map(|(_, lines)| lines[m]).sum();
+            let whole = of_line + 3.0 * parts.len() as f64 * error.of_pressure;
+            (
+                [area(0, 0.0), low, high],
+                if whole > 0.0 { of_line / whole } else { 1.0 },
+            )
+        })
     }
 
     /// The area of a contact triangle in m², as far as its pane has something opposite.

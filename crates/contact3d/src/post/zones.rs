@@ -1,11 +1,16 @@
 //! Open, sticking and slipping panes, and their contact quantities.
 
-use super::{Solved, SolvedContact};
+use super::{ContactReport, Solved, SolvedContact};
 use crate::{
     contact::{CoulombLaw, Ellipse, FrictionField},
     linalg::add_scaled,
-    solver::Zone,
+    mesh::Mesh,
+    solver::{ContactSide, Zone},
 };
+
+/// The share of the normal force on panes beside open ones from which contact is narrow: all of two panes across, 0.8 of the three across a
+/// ball, 0.6 of the three across a strip.
+const NARROW: f64 = 0.75;
 
 /// Contact quantities of one pane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -143,4 +148,21 @@ fn level(ellipse: &Ellipse, point: [f64; 2]) -> f64 {
 /// ‖diag(inverse) v‖.
 pub(super) fn scaled_norm(v: [f64; 2], inverse: [f64; 2]) -> f64 {
     (v[0] * inverse[0]).hypot(v[1] * inverse[1])
+}
+
+impl ContactReport {
+    /// The share of the normal force on panes that lie beside an open one, where it is so large that no mesh of such panes tells how the pressure
+    /// falls towards the edge of contact; `None` where panes tell.
+    #[must_use]
+    pub fn narrow_share(&self, mesh: &Mesh, side: ContactSide<'_>) -> Option<f64> {
+        let surface = side.surface;
+        let force = |pane: usize| -self.panes[pane].normal_stress * surface.pane_area[pane];
+        let panes = 0..self.panes.len();
+        let beside = surface.panes_beside(mesh);
+        let is_open = |pane: &usize| self.panes[*pane].zone == Zone::Open;
+        let is_at_edge = |pane: &usize| beside[*pane].iter().any(is_open);
+        let at_edge: f64 = panes.clone().filter(is_at_edge).map(force).sum();
+        let share = at_edge / panes.map(force).sum::<f64>();
+        (share > NARROW).then_some(share)
+    }
 }
