@@ -101,6 +101,7 @@ impl Implicit {
 }
 
 fn implicit(scene: &Scene) -> Scene {
-    let scene = scene.clone();
-    scene.with_dual_operator(DualOperatorKind::Implicit)
+    let mut scene = scene.clone();
+    scene.assemble.dual_operator = DualOperatorKind::Implicit;
+    scene
 }

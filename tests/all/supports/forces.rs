@@ -442,9 +442,8 @@ fn steps_vary_forces_and_moments() {
 
 #[test]
 fn forces_change_with_units_and_have_uniform_discs() {
-    let force = Force::on("z_max", [1.0, 2.0, -30.0])
-        .with_moment([0.4, 0.5, 0.6])
-        .within([0.5, 0.4, 0.5], 0.2);
+    let mut force = Force::on("z_max", [1.0, 2.0, -30.0]).within([0.5, 0.4, 0.5], 0.2);
+    force.moment = [0.4, 0.5, 0.6].map(Into::into);
     let own = scene(&block("P1", [4, 3, 2], FOOT)).with_force(force);
     let change = contact3d::scene::UnitChange {
         length: 2.0,

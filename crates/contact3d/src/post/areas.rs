@@ -1,14 +1,8 @@
 //! The areas of contact and of stick, and where they lie.
 //!
 //! A count of panes moves by whole panes and cannot tell how sure it is. Here the conditions of contact are asked inside each pane, whose
-//! multiplier λ is a mean. A half-space resists waves of the number K like
-//!
-//!   k = E* K/2,  K² = ∫ |∇g|² / ∫ (g − ḡ)²,  1/E* = (1 − ν²)/E, of two bodies the sum of both,
-//!
-//! where g is what the mesh leaves between face and obstacle inside the pane; an open pane has k = 2 E*/h, h = √|R|. The narrower the share
-//! σ of a pane that is pressed, the more it resists: κ k with κ = (1 + 3 σ̄⁻ⁿ)/4, n = 1 where g varies along one direction and 1/2 where
-//! along two, of the mean σ̄ over the pressed panes around. Of waves a (1 − cos Kx), which a pressure λ_ν = k a sin²(πσ/2) closes so far
-//! (H. M. Westergaard 1939), κ is that to a ninth. So pressure and shear at a place with the gap g and the slip s (along λ_t) are about
+//! multiplier λ is a mean. A pane has the stiffness κ k of a patch on the share σ of it ([`super::patch`]). So pressure and shear at a place
+//! with the gap g and the slip s (along λ_t) are about
 //!
 //!   z = λ_ν − c − κ k g,   τ = λ_t/σ + κ k s,   ψ = min(m(z⁺) (1 − ‖τ‖_𝓕), z),
 //!
@@ -21,17 +15,16 @@
 //! pressure drag a face along a rigid obstacle: p̂ is their amplitude inside the pane, of which shear has the part (1 − 2ν)/(2 − 2ν), 0.3.
 //! The areas lie between those with z > δ and z > −δ for κ k, 4/3 of it and 2/3. The other factors are measured.
 
-use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::{
     ErrorEstimate, FunctionalEstimate, Solved, SolvedContact,
     estimate::{ContactPoints, SolutionData, displacements, multipliers_at},
+    patch::{Opening, PATCH_STEPS, Patch, positive_share},
 };
 use crate::{
     contact::Ellipse,
     elasticity::MaterialField,
-    linalg::ratio,
     mesh::{ContactSurface, Mesh, quarters_of},
     reference::quadrature,
     scene::{Functional, Scene},
@@ -43,9 +36,6 @@ const LINE_SHIFT: f64 = 0.15;
 /// Errors of pressures and of slip bounds beside the relative error in the energy norm.
 const PRESSURE_ERROR: f64 = 0.75;
 const BOUND_ERROR: f64 = 1.5;
-
-/// Steps of Newton's method for c, and for the stiffness of a patch; more change no digit that is printed.
-const PATCH_STEPS: usize = 8;
 
 /// The stiffness of a patch and what it may be instead, over κ k.
 const STIFFNESS: [f64; 3] = [1.0, 4.0 / 3.0, 2.0 / 3.0];
@@ -74,17 +64,13 @@ pub(super) fn areas(
     let error = energy.relative();
     let sharper = (error / LINE_SHIFT).sqrt().min(1.0);
     let of_contact = ErrorOfMargin {
-        functional: Functional::ContactArea,
         margin: 0,
         of_line: sharper,
-        of_wave: 0.0,
         of_pressure: sharper * PRESSURE_ERROR * margins.sizes[0] * error,
     };
     let of_stick = ErrorOfMargin {
-        functional: Functional::StickArea,
         margin: 1,
         of_line: 1.0,
-        of_wave: DRAG,
         of_pressure: BOUND_ERROR * margins.sizes[1] * error,
     };
     let has_friction = contact.state.interface.has_friction();
@@ -101,116 +87,12 @@ pub(super) fn areas(
 
 /// What a margin is known to.
 struct ErrorOfMargin {
-    functional: Functional,
     /// 0 for z, 1 for ψ.
     margin: usize,
-    /// Factors of the shift of its line and of waves inside panes.
+    /// Factor of the shift of its line.
     of_line: f64,
-    of_wave: f64,
     /// What the error of pressures adds, in Pa.
     of_pressure: f64,
-}
-
-/// How a pane rests on what lies opposite.
-#[derive(Clone, Copy)]
-struct Patch {
-    /// κ k in Pa/m.
-    stiffness: f64,
-    /// c in Pa.
-    excess: f64,
-    /// σ, the share of the pane with z > 0.
-    share: f64,
-    /// p̂ in Pa.
-    wave: f64,
-}
-
-impl Patch {
-    /// All of a pane.
-    fn whole(stiffness: f64) -> Self {
-        Self {
-            stiffness,
-            excess: 0.0,
-            share: 1.0,
-            wave: 0.0,
-        }
-    }
-}
-
-/// −g inside a pane.
-#[derive(Default)]
-struct Opening {
-    /// In m at the corners of parts of the pane, with their areas.
-    depths: Vec<([f64; 3], f64)>,
-    /// ∫ ∇g ∇gᵀ in m².
-    slopes: Matrix3<f64>,
-}
-
-impl Opening {
-    /// Adds a part with its corners.
-    fn add(&mut self, corners: [[f64; 3]; 3], depths: [f64; 3], area: f64) {
-        let [a, b, c] = corners.map(Vector3::from);
-        let edges = Matrix3x2::from_columns(&[b - a, c - a]);
-        let rises = Vector2::new(depths[1] - depths[0], depths[2] - depths[0]);
-        if let Some(inverse) = (edges.transpose() * edges).try_inverse() {
-            let slope = edges * (inverse * rises);
-            self.slopes += slope * slope.transpose() * area;
-        }
-        self.depths.push((depths, area));
-    }
-
-    fn mean(&self, of: impl Fn([f64; 3]) -> f64) -> f64 {
-        let terms = || self.depths.iter();
-        terms().map(|(at, area)| area * of(*at)).sum::<f64>()
-            / terms().map(|(_, area)| area).sum::<f64>()
-    }
-
-    /// The mean of (g − ḡ)² in m².
-    fn variance(&self) -> f64 {
-        let mean = self.mean(|at| at.iter().sum::<f64>() / 3.0);
-        self.mean(|at| {
-            let off = at.map(|depth| depth - mean);
-            (off.iter().map(|d| d * d).sum::<f64>() + off.iter().sum::<f64>().powi(2)) / 12.0
-        })
-    }
-
-    /// K in 1/m.
-    fn wave_number(&self) -> f64 {
-        let whole: f64 = self.depths.iter().map(|(_, area)| area).sum();
-        ratio(self.slopes.trace(), whole * self.variance()).sqrt()
-    }
-
-    /// n: 1 of waves along one direction, 1/2 of those along two.
-    fn exponent(&self) -> f64 {
-        let trace = self.slopes.trace();
-        let of_two = 2.0 * (1.0 - ratio((self.slopes * self.slopes).trace(), trace * trace));
-        1.0 - 0.5 * of_two.clamp(0.0, 1.0)
-    }
-
-    /// The patch of a pressure in Pa for a stiffness in Pa/m, by Newton's method for c on the mean of z⁺, a convex function.
-    fn settled(&self, pressure: f64, stiffness: f64) -> Patch {
-        let trial = |at: [f64; 3]| at.map(|depth| pressure + stiffness * depth);
-        let mut patch = Patch {
-            stiffness,
-            // As if all of it were pressed, when the mean of z is linear in c.
-            excess: self.mean(|at| trial(at).iter().sum::<f64>() / 3.0) - pressure,
-            share: 1.0,
-            wave: stiffness * (2.0 * self.variance()).sqrt(),
-        };
-        for _ in 0..PATCH_STEPS {
-            let z = |at| trial(at).map(|z| z - patch.excess);
-            let force = self.mean(|at| positive_mean(z(at)));
-            let share = self.mean(|at| positive_share(z(at)));
-            if share > 0.0 {
-                patch.share = share;
-            }
-            // Convex, so c comes up to its root from below.
-            if share <= 0.0 || force - pressure <= 1e-9 * pressure {
-                break;
-            }
-            patch.excess += (force - pressure) / share;
-        }
-        patch
-    }
 }
 
 /// z and ψ of the contact face, all in Pa.
@@ -222,11 +104,11 @@ struct Margins<'a> {
     moved: Vec<Vec<[[f64; 3]; 3]>>,
     /// k in Pa/m, `[n_panes]`.
     stiffness: &'a [f64],
-    /// The share of the triangles of each pane that something lies opposite of, `[n_panes]`.
-    covered: Vec<f64>,
+    /// Of each triangle in m², as far as its pane has something opposite, `[n_contact_facets]`.
+    area: Vec<f64>,
     /// How each pane may rest on what lies opposite, `[n_panes]`.
     patches: Vec<[Patch; 3]>,
-    /// 0.15 rms |Δz̄| and 0.15 rms |Δψ̄|, `[n_panes]`.
+    /// 0.15 rms |Δz̄| and 0.15 rms |Δψ̄| + 0.3 p̂, `[n_panes]`.
     line_shift: Vec<[f64; 2]>,
     /// p̃ and m̃.
     sizes: [f64; 2],
@@ -240,36 +122,53 @@ impl<'a> Margins<'a> {
         stiffness: &'a [f64],
     ) -> Self {
         let surface = contact.state.surface;
-        let panes = 0..surface.n_panes();
         let mut whole = vec![0.0; surface.n_panes()];
-        for (place, facet) in surface.facets.iter().enumerate() {
-            if let Some(pane) = surface.pane_of_facet(place) {
-                whole[pane] += solved.mesh.facet_area(*facet);
+        let panes = || (0..surface.facets.len()).map(|place| surface.pane_of_facet(place));
+        let mut area: Vec<f64> = surface
+            .facets
+            .iter()
+            .map(|facet| solved.mesh.facet_area(*facet))
+            .collect();
+        for (pane, area) in panes().zip(&area) {
+            if let Some(pane) = pane {
+                whole[pane] += area;
             }
         }
-        let covered = surface.pane_area.iter().zip(whole);
+        for (pane, area) in panes().zip(&mut area) {
+            *area *= pane.map_or(1.0, |pane| (surface.pane_area[pane] / whole[pane]).min(1.0));
+        }
         let nodal = displacements(contact, known);
         let shares: Vec<[f64; 3]> = parts().into_iter().flatten().collect();
         let at_shares =
             ContactPoints::new(solved, contact, known, &nodal).moved_at(&nodal, &shares);
         let of_parts = |at: Vec<[f64; 3]>| at.as_chunks().0.to_vec();
         let mut margins = Self {
-            covered: covered
-                .map(|(area, whole)| (area / whole).min(1.0))
-                .collect(),
+            area,
             solved,
             contact,
             known,
             moved: at_shares.into_iter().map(of_parts).collect(),
             stiffness,
-            patches: stiffness.iter().map(|k| [Patch::whole(*k); 3]).collect(),
+            patches: stiffness
+                .iter()
+                .map(|k| {
+                    [Patch {
+                        stiffness: *k,
+                        ..Patch::default()
+                    }; 3]
+                })
+                .collect(),
             line_shift: vec![[0.0; 2]; surface.n_panes()],
             sizes: [0.0; 2],
         };
-        let means: Vec<[f64; 2]> = panes.map(|pane| margins.of_pane(&nodal, pane)).collect();
+        let means = (0..surface.n_panes()).map(|pane| margins.of_pane(&nodal, pane));
+        let means: Vec<[f64; 2]> = means.collect();
         let beside = surface.panes_beside(solved.mesh);
         margins.line_shift = line_shifts(&means, &beside);
         margins.patches = margins.settled(&beside);
+        for (shift, [patch, ..]) in margins.line_shift.iter_mut().zip(&margins.patches) {
+            shift[1] += DRAG * patch.wave;
+        }
         let pressed = || {
             let states = known.panes.iter().zip(&surface.pane_area);
             states.filter(|(state, _)| state.normal_stress < 0.0)
@@ -290,21 +189,19 @@ impl<'a> Margins<'a> {
         let layout = self.contact.coupling.layout;
         let values = &self.solved.solution.multiplier;
         let sum = |of: &dyn Fn(usize, Patch) -> f64| -> f64 {
-            let terms = multipliers.iter();
-            terms
-                .map(|(pane, weight)| weight * of(*pane, self.patches[*pane][kind]))
-                .sum()
+            let of = |(pane, weight): &(usize, f64)| weight * of(*pane, self.patches[*pane][kind]);
+            multipliers.iter().map(of).sum()
         };
         let stiffness = sum(&|_, patch| patch.stiffness);
         let contact =
             sum(&|pane, patch| values[layout.normal(pane)] - patch.excess) + stiffness * moved[0];
+        let pair = |pane| {
+            layout
+                .tangential(pane)
+                .map_or([0.0; 2], |pair| pair.map(|j| values[j]))
+        };
         let shear = [0, 1].map(|k| {
-            let of_pane = |pane, patch: Patch| {
-                layout
-                    .tangential(pane)
-                    .map_or(0.0, |pair| values[pair[k]] / patch.share)
-            };
-            sum(&of_pane) + stiffness * moved[k + 1]
+            sum(&|pane, patch| pair(pane)[k] / (1.0 - patch.open)) + stiffness * moved[k + 1]
         });
         let semi_axes = [0, 1].map(|k| sum(&|pane, _| self.semi_axes(pane, contact.max(0.0))[k]));
         let size = (semi_axes[0] + semi_axes[1]) / 2.0;
@@ -353,7 +250,7 @@ impl<'a> Margins<'a> {
                 continue;
             };
             let corners = mesh.corners(&mesh.facets[surface.facets[place]]);
-            let area = self.area_of(place) / moved.len() as f64;
+            let area = self.area[place] / moved.len() as f64;
             for (part, at) in parts().iter().zip(moved) {
                 let corners = part.map(|share| quadrature::point(&corners, &share));
                 openings[pane].add(corners, at.map(|at| at[0]), area);
@@ -375,17 +272,20 @@ impl<'a> Margins<'a> {
                 .chain([&pane])
                 .filter(|pane| is_pressed(pane));
             let (sum, n) = around.fold((0.0, 0.0), |(sum, n), pane| {
-                (sum + patches[*pane].share, n + 1.0)
+                (sum + 1.0 - patches[*pane].open, n + 1.0)
             });
             let narrower = (n / sum).powf(openings[pane].exponent());
             of_waves[pane] * (1.0 + 3.0 * narrower) / 4.0
         };
         let settled = |pane: usize, stiffness: f64| match is_pressed(&pane) {
             true => openings[pane].settled(pressure(pane), stiffness),
-            false => Patch::whole(stiffness),
+            false => Patch {
+                stiffness,
+                ..Patch::default()
+            },
         };
         let panes = (0..n_panes).into_par_iter();
-        let mut patches: Vec<Patch> = self.stiffness.iter().map(|k| Patch::whole(*k)).collect();
+        let mut patches: Vec<Patch> = self.patches.iter().map(|kinds| kinds[0]).collect();
         for _ in 0..PATCH_STEPS {
             let next = panes
                 .clone()
@@ -423,7 +323,8 @@ impl<'a> Margins<'a> {
             indicator[tetrahedron] += line_part * width;
             by_pressure += (1.0 - line_part) * width;
         }
-        if wanted == Some(error.functional) {
+        let functional = [Functional::ContactArea, Functional::StickArea][error.margin];
+        if wanted == Some(functional) {
             // Pressures are off by what all tetrahedra contribute to the error in the energy norm.
             let square = energy.total().powi(2);
             let shares = indicator.iter_mut().zip(&energy.indicator);
@@ -431,7 +332,7 @@ impl<'a> Margins<'a> {
         }
         let [value, low, high] = sums;
         FunctionalEstimate {
-            functional: error.functional,
+            functional,
             value,
             signed_error: (high - value).max(value - low),
             range: [low, high],
@@ -452,11 +353,11 @@ impl<'a> Margins<'a> {
                 .unwrap_or_else(|| self.multipliers_at(place, share));
             let margins = [0, 1, 2].map(|kind| self.at(&multipliers, moved, kind));
             let lines = errors.each_ref().map(|error| {
-                let of_pane = |(pane, weight): &(usize, f64)| {
-                    let shift = error.of_line * self.line_shift[*pane][error.margin];
-                    weight * (shift + error.of_wave * self.patches[*pane][0].wave)
-                };
-                multipliers.iter().map(of_pane).sum::<f64>().max(0.0)
+                let shift = |pane: &usize| error.of_line * self.line_shift[*pane][error.margin];
+                let terms = multipliers
+                    .iter()
+                    .map(|(pane, weight)| weight * shift(pane));
+                terms.sum::<f64>().max(0.0)
             });
             (margins, lines)
         };
@@ -464,7 +365,7 @@ impl<'a> Margins<'a> {
         let parts: Vec<[_; 3]> = parts
             .map(|(part, moved)| std::array::from_fn(|k| corner(part[k], moved[k])))
             .collect();
-        let of_part = self.area_of(place) / parts.len() as f64;
+        let of_part = self.area[place] / parts.len() as f64;
         errors.each_ref().map(|error| {
             let m = error.margin;
             let area = |kind: usize, by: f64| {
@@ -475,9 +376,10 @@ impl<'a> Margins<'a> {
                 });
                 of_part * shares.sum::<f64>()
             };
-            let [lows, highs] = [1.0, -1.0].map(|by| [0, 1, 2].map(|kind| area(kind, by)));
-            let low = lows.into_iter().fold(f64::INFINITY, f64::min);
-            let high = highs.into_iter().fold(0.0, f64::max);
+            let low = (0..3)
+                .map(|kind| area(kind, 1.0))
+                .fold(f64::INFINITY, f64::min);
+            let high = (0..3).map(|kind| area(kind, -1.0)).fold(0.0, f64::max);
             let of_line: f64 = parts.iter().flatten().map(|(_, lines)| lines[m]).sum();
             let whole = of_line + 3.0 * parts.len() as f64 * error.of_pressure;
             (
@@ -485,14 +387,6 @@ impl<'a> Margins<'a> {
                 if whole > 0.0 { of_line / whole } else { 1.0 },
             )
         })
-    }
-
-    /// The area of a contact triangle in m², as far as its pane has something opposite.
-    fn area_of(&self, place: usize) -> f64 {
-        let surface = self.contact.state.surface;
-        let whole = self.solved.mesh.facet_area(surface.facets[place]);
-        let covered = surface.pane_of_facet(place).map(|pane| self.covered[pane]);
-        whole * covered.unwrap_or(1.0)
     }
 
     /// The multipliers at a place of a contact triangle with their weights; where a held node has none, those of the others in the triangle.
@@ -570,91 +464,4 @@ fn line_shifts(means: &[[f64; 2]], beside: &[Vec<usize>]) -> Vec<[f64; 2]> {
         })
     };
     beside.iter().enumerate().map(of_pane).collect()
-}
-
-/// The mean over a triangle of the positive part of a linear function with these values at its corners.
-fn positive_mean(corners: [f64; 3]) -> f64 {
-    let largest = |values: [f64; 3]| values.into_iter().fold(0.0, f64::max);
-    match corners.iter().filter(|v| **v > 0.0).count() {
-        0 => 0.0,
-        1 => positive_share(corners) * largest(corners) / 3.0,
-        _ => {
-            let negated = corners.map(|v| -v);
-            let cut_off = 1.0 - positive_share(corners);
-            corners.iter().sum::<f64>() / 3.0 + cut_off * largest(negated) / 3.0
-        }
-    }
-}
-
-/// The share of a triangle in which a linear function with these values at its corners is positive.
-fn positive_share(corners: [f64; 3]) -> f64 {
-    let negated = corners.map(|v| -v);
-    // The corner cut off by the line through zero: f(a)² / (f(a) − f(b)) (f(a) − f(c)) of the triangle.
-    let cut_off = |values: [f64; 3]| {
-        let [a, b, c] = match values.map(|v| v > 0.0) {
-            [true, false, false] => values,
-            [false, true, false] => [values[1], values[2], values[0]],
-            _ => [values[2], values[0], values[1]],
-        };
-        a / (a - b) * (a / (a - c))
-    };
-    match corners.iter().filter(|v| **v > 0.0).count() {
-        0 => 0.0,
-        1 => cut_off(corners),
-        2 if negated.iter().any(|v| *v > 0.0) => 1.0 - cut_off(negated),
-        _ => 1.0,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::f64::consts::PI;
-
-    use super::*;
-
-    /// Strips of a pane as long as a wave close as far as Westergaard's solution says.
-    #[test]
-    fn waves_close_as_in_closed_form() {
-        let mut wave = Opening::default();
-        for k in 0..200 {
-            let [from, to] = [k, k + 1].map(|k| f64::from(k) / 200.0);
-            let depth = |x: f64| (2.0 * PI * x).cos() - 1.0;
-            wave.add(
-                [[from, 0.0, 0.0], [to, 0.0, 0.0], [from, 1.0, 0.0]],
-                [from, to, from].map(depth),
-                1.0,
-            );
-            wave.add(
-                [[to, 1.0, 0.0], [from, 1.0, 0.0], [to, 0.0, 0.0]],
-                [to, from, to].map(depth),
-                1.0,
-            );
-        }
-        // 200 straight pieces of a wave.
-        assert!((wave.wave_number() / (2.0 * PI) - 1.0).abs() < 1e-3);
-        assert!((wave.exponent() - 1.0).abs() < 1e-12);
-        for share in [0.05, 0.3, 0.6, 0.95] {
-            let pressure = (PI * share / 2.0).sin().powi(2);
-            let found = wave.settled(pressure, (1.0 + 3.0 / share) / 4.0).share;
-            // A stiffness off by a ninth moves the edge by its third.
-            assert!((found / share - 1.0).abs() < 0.04, "{found} {share}");
-        }
-    }
-
-    #[test]
-    fn lines_cut_triangles_in_closed_form() {
-        for (corners, share) in [
-            ([1.0, -1.0, -1.0], 0.25),
-            ([-1.0, 1.0, 1.0], 0.75),
-            ([-2.0, 1.0, -2.0], 1.0 / 9.0),
-            ([1.0, 2.0, 0.0], 1.0),
-            ([0.0, 0.0, 0.0], 0.0),
-            ([3.0, 1.0, -1.0], 1.0 - 1.0 / 8.0),
-        ] {
-            assert!(
-                (positive_share(corners) - share).abs() < 1e-15,
-                "{corners:?}"
-            );
-        }
-    }
 }

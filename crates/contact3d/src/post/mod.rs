@@ -6,6 +6,7 @@ mod checks;
 mod concentration;
 mod estimate;
 mod functional;
+mod patch;
 mod peak;
 mod recovery;
 mod resultants;

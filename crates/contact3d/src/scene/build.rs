@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 
 use super::{
-    Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact, Disc, DualOperatorKind,
-    ElementOrder, Expression, ExpressionError, Force, Formula, Friction, GmshFile, InvalidValue,
-    Isotropic, Material, POSITION, Part, Pressure, Quantity, Ramp, Region, Scene, Step, Tool,
-    Traction,
+    Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact, Disc, ElementOrder, Expression,
+    ExpressionError, Force, Formula, Friction, GmshFile, InvalidValue, Isotropic, Material,
+    POSITION, Part, Pressure, Quantity, Ramp, Region, Scene, Step, Tool, Traction,
 };
 
 impl Scene {
@@ -37,13 +36,6 @@ impl Scene {
     #[must_use]
     pub fn with_friction(mut self, friction: Friction) -> Self {
         self.friction = Some(friction);
-        self
-    }
-
-    /// The scene with the dual operator held in a given way.
-    #[must_use]
-    pub fn with_dual_operator(mut self, kind: DualOperatorKind) -> Self {
-        self.assemble.dual_operator = kind;
         self
     }
 
@@ -184,13 +176,6 @@ impl Force {
             moment: Default::default(),
             point: None,
         }
-    }
-
-    /// The force with a moment in N·m.
-    #[must_use]
-    pub fn with_moment(mut self, moment: [impl Into<Quantity>; 3]) -> Self {
-        self.moment = moment.map(Into::into);
-        self
     }
 }
 

@@ -19,11 +19,12 @@ const STEEL: (f64, f64) = (21.19e10, 0.277);
 
 fn brick(size: [f64; 3], cells: [usize; 3]) -> Scene {
     let (young, poisson) = STEEL;
-    Scene::new(
+    let mut scene = Scene::new(
         Body::brick(size, cells),
         Material::isotropic(young, poisson),
-    )
-    .with_dual_operator(DualOperatorKind::Explicit)
+    );
+    scene.assemble.dual_operator = DualOperatorKind::Explicit;
+    scene
 }
 
 fn solved(scene: &Scene) -> (AssembledProblem, Solution, ContactReport) {

@@ -85,7 +85,8 @@ fn a_body_without_contact_is_solved_to_rounding() {
 #[test]
 fn successive_approximations_find_the_same_answers_with_either_operator() {
     for operator in [DualOperatorKind::Explicit, DualOperatorKind::Implicit] {
-        let mut scene = published(4).with_dual_operator(operator);
+        let mut scene = published(4);
+        scene.assemble.dual_operator = operator;
         scene.solve = SolveSettings {
             method: Method::FixedPoint,
             inner: InnerSolver::Gpcg,
@@ -198,15 +199,15 @@ fn a_body_on_soft_springs_keeps_its_answer() {
 /// more digits than the next round of corrections would need.
 #[test]
 fn a_foot_that_hardly_moves_is_solved_to_rounding() {
-    let scene = Scene::new(
+    let mut scene = Scene::new(
         Body::brick([0.775, 0.503, 19.7], [2, 2, 28]),
         Material::isotropic(1.18e10, 0.359),
     )
     .with_clamp(Clamp::face("z_max"))
     .with_body_force([-95.12, 614.2, -36450.0])
     .with_contact(Contact::on("z_min"))
-    .with_friction(Friction::orthotropic(0.457, 0.183))
-    .with_dual_operator(DualOperatorKind::Explicit);
+    .with_friction(Friction::orthotropic(0.457, 0.183));
+    scene.assemble.dual_operator = DualOperatorKind::Explicit;
     let answer = |factor| solved(scene.clone(), factor).expect("an answer");
     let (single, double) = (
         answer(FactorPrecision::Single),

@@ -15,8 +15,8 @@ use image::{Kind, Symmetry};
 /// Relative difference of the multipliers of a scene and those of its image, pane by pane where they come from.
 fn difference(scene: &Scene, kind: Kind) -> f64 {
     let symmetry = Symmetry::new(kind, scene);
-    let solved = |scene: Scene| {
-        let scene = scene.with_dual_operator(DualOperatorKind::Explicit);
+    let solved = |mut scene: Scene| {
+        scene.assemble.dual_operator = DualOperatorKind::Explicit;
         let problem = Problem::new(scene).unwrap().assemble().unwrap();
         let solution = problem.solve(&problem.scene().solve).unwrap();
         assert_eq!(solution.status, Status::Converged);
