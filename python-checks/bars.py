@@ -10,7 +10,9 @@ import random
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from statistics import median
 
@@ -140,6 +142,53 @@ def text_of(seed: int, number: int, factor: int) -> str:
     return "\n".join(lines) + "\n"
 
 
+def waves_of(seed: int, number: int, factor: int) -> str:
+    """A face on waves of two to four cells, a roller, a ball or a wedge, of which a pressure closes a part; finer meshes as above."""
+    at = random.Random(f"waves {seed} {number}")
+    kind = at.choice(["along", "along", "across", "across", "roller", "ball", "wedge"])
+    per_wave, is_linear = at.choice([2, 3, 4]), at.random() < 0.4
+    length, width, height = at.uniform(1.5, 3.0), 1.0, at.uniform(0.6, 1.2)
+    waves, rows = {"along": (at.choice([4, 6]), 2), "across": (3, per_wave)}.get(kind, (0, 4))
+    cells = [waves * per_wave or 8, rows, 2]
+    fine = [factor * n for n in cells]
+    if kind in ("along", "roller", "wedge"):
+        width, fine[1] = 0.5, 2
+    fine[2] = 2 * min(factor, 3)
+    if is_linear and factor == 1:
+        fine = [2 * n for n in fine]
+    ratio, deep = at.choice([0.0, 0.2, 0.3, 0.4]), 10 ** at.uniform(-5.0, -4.0)
+    # Of the pressure that closes all of a wave in a half-space, or that a face feels of its depth.
+    modulus, share = 2.1e11 / (1 - ratio**2), at.choice([0.02, 0.05, 0.1, 0.3, 0.6, 1.0])
+    of_waves = share * modulus * deep * 3.141592653589793 * waves / length
+    value = of_waves if waves else share * 2.0 * modulus * deep / length
+    lines = [
+        'title = "waves"',
+        f'body.element = "{"P1" if is_linear and factor == 1 else "P2"}"',
+        f"body.brick.size = [{length:.4f}, {width}, {height:.4f}]",
+        f"body.brick.cells = {fine}",
+        f"material.isotropic = {{ young_modulus = 2.1e11, poisson_ratio = {ratio} }}",
+        f'[[pressure]]\nface = "z_max"\nvalue = {value:.5e}',
+    ]
+    for face in ("x_min", "x_max", "y_min", "y_max"):
+        lines.append(f'[[clamp]]\nface = "{face}"\ncomponents = ["{face[0]}"]')
+    lines.append('[contact]\nface = "z_min"')
+    phase, radius = at.choice([0.0, 3.141592653589793, 1.3]), length**2 / (8.0 * deep) * at.uniform(0.3, 2.0)
+    middle = f"{length / 2:.5f}, {width / 2}, {-radius:.6e}], radius = {radius:.6e}"
+    along = f"cos(2*PI*{waves}*x/{length:.4f} + {phase})"
+    lines.append(
+        {
+            "along": f'gap = "{deep:.4e}*(1 - {along})"',
+            "across": f'gap = "{deep / 2:.4e}*(2 - {along} - cos(2*PI*y))"',
+            "roller": f"obstacle.cylinder = {{ direction = [0.0, 1.0, 0.0], point = [{middle} }}",
+            "ball": f"obstacle.sphere = {{ centre = [{middle} }}",
+            "wedge": f'gap = "{deep:.4e}*x/{length:.4f}"',
+        }[kind]
+    )
+    if friction := at.choice([0.0, 0.0, 0.2, 0.5]):
+        lines.append(f"[friction]\ncoefficient.constant = {friction}")
+    return "\n".join(lines) + "\n"
+
+
 def solved(program: Path, text: str, folder: Path) -> dict | None:
     """The results of a scene; None where it is not solved."""
     scene, run = folder / "scene.toml", folder / "run.h5"
@@ -162,9 +211,9 @@ def quantities(results: dict) -> dict[str, tuple[float, float | None, object]]:
     return found
 
 
-def bars_of(program: Path, seed: int, number: int, folder: Path) -> list[Bar]:
+def bars_of(program: Path, text: Callable[[int], str], number: int, folder: Path) -> list[Bar]:
     """The bars of a scene on its coarse mesh."""
-    levels = [solved(program, text_of(seed, number, k), folder) for k in (1, 2, 4)]
+    levels = [solved(program, text(factor), folder) for factor in (1, 2, 4)]
     if None in levels:
         return []
     coarse, middle, fine = map(quantities, levels)
@@ -214,6 +263,7 @@ def asked_for() -> argparse.Namespace:
     parser = arguments("bars", __doc__)
     parser.add_argument("--scenes", type=int, default=25, help="number of scenes")
     parser.add_argument("--first", type=int, default=0, help="number of the first one")
+    parser.add_argument("--waves", action="store_true", help="faces on waves, balls and wedges, and areas alone")
     parser.add_argument("--write", type=Path, help="folder for the scenes, and do no more")
     return parser.parse_args()
 
@@ -222,17 +272,19 @@ def main() -> int:
     """Measure, print the table; 1 if a bar is short by more than 2."""
     asked = asked_for()
     numbers = range(asked.first, asked.first + asked.scenes)
+    scenes = waves_of if asked.waves else text_of
     if asked.write:
         asked.write.mkdir(parents=True, exist_ok=True)
         for number in numbers:
             for factor in (1, 2, 4):
                 path = asked.write / f"{number:03}_{factor}.toml"
-                path.write_text(text_of(asked.seed, number, factor))
+                path.write_text(scenes(asked.seed, number, factor))
         return 0
     program, bars = Program.find(asked.program).path, []
     with tempfile.TemporaryDirectory() as folder:
         for number in numbers:
-            found = bars_of(program, asked.seed, number, Path(folder))
+            found = bars_of(program, partial(scenes, asked.seed, number), number, Path(folder))
+            found = [bar for bar in found if bar.name in AREAS or not asked.waves]
             bars += found
             for bar in found:
                 if bar.short > 1.0 or bar.is_wide:

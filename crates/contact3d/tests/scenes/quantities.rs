@@ -1,5 +1,6 @@
 //! Errors of forces, displacements, pressures and energies against finer, nested meshes, and meshes refined for a force.
 
+use std::f64::consts::PI;
 use std::path::Path;
 
 use contact3d::{
@@ -200,6 +201,39 @@ fn ranges_of_areas_hold_those_of_finer_meshes() {
                 "{coarse:?} {fine:e}"
             );
         }
+    }
+}
+
+/// Waves a (1 − cos Kx) of two cells each close by the share σ under the pressure E* K a/2 sin²(πσ/2) (H. M. Westergaard 1939).
+#[test]
+fn waves_of_two_cells_close_as_in_closed_form() {
+    let (modulus, number, depth) = (2.1e11 / (1.0 - 0.3 * 0.3), 6.0 * PI, 1e-5);
+    for share in [0.4, 0.6, 0.8] {
+        let pressure = modulus * number * depth / 2.0 * (PI * share / 2.0_f64).sin().powi(2);
+        let sides = ["x_min", "x_max", "y_min", "y_max"];
+        let clamps = sides.map(|face| {
+            let component = &face[..1];
+            format!("[[clamp]]\nface = '{face}'\ncomponents = ['{component}']\n")
+        });
+        let text = format!(
+            "title = 'waves'
+            body = {{ element = 'P2', brick = {{ size = [2.0, 1.0, 1.0], cells = [12, 2, 2] }} }}
+            material.isotropic = {{ young_modulus = 2.1e11, poisson_ratio = 0.3 }}
+            pressure = [{{ face = 'z_max', value = {pressure:e} }}]
+            contact = {{ face = 'z_min', gap = '1e-5*(1 - cos(6*PI*x))' }}
+            {}",
+            clamps.concat()
+        );
+        let of = Functional::ContactArea;
+        let found = report(&scene(&text, of, 0.1), &[]);
+        let found = found.functional(of).expect("an area");
+        // A face of 2 m². The stiffness of a patch is good to a ninth, and edges move by its third; the gap is linear on quarters of a cell.
+        assert!((found.value / 2.0 / share - 1.0).abs() < 0.12, "{found:?}");
+        let [low, high] = found.range.map(|area| area / 2.0);
+        assert!(
+            low <= share && share <= high && high - low < 0.45,
+            "{found:?}"
+        );
     }
 }
 
