@@ -7,7 +7,7 @@
 //! where g is what the mesh leaves between face and obstacle inside the pane; an open pane has k = 2 E*/h, h = √|R|. The narrower the share
 //! σ of a pane that is pressed, the more it resists: κ k with κ = (1 + 3 σ̄⁻ⁿ)/4, n = 1 where g varies along one direction and 1/2 where
 //! along two, of the mean σ̄ over the pressed panes around. Of waves a (1 − cos Kx), which a pressure λ_ν = k a sin²(πσ/2) closes so far
-//! (H. M. Westergaard 1939), κ is that to a ninth.
+//! (H. M. Westergaard 1939), κ is that to an eighth.
 
 use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
 
@@ -168,8 +168,8 @@ mod tests {
         for share in [0.05, 0.3, 0.6, 0.95] {
             let pressure = (PI * share / 2.0).sin().powi(2);
             let found = 1.0 - wave.settled(pressure, (1.0 + 3.0 / share) / 4.0).open;
-            // A stiffness off by a ninth moves the edge by its third.
-            assert!((found / share - 1.0).abs() < 0.04, "{found} {share}");
+            // A stiffness off by an eighth moves the edge by a third of that where the patch is narrow, by nearly a half where it is wide.
+            assert!((found / share - 1.0).abs() < 0.06, "{found} {share}");
         }
     }
 
