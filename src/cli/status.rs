@@ -94,7 +94,9 @@ fn sweep_status(folder: &Path, output: &Output) -> Result<Exit, StageError> {
         let (shown, counts) = (folder.display(), table.counts_in_words());
         let next = match (is_busy, counts.contains("missing")) {
             (true, _) => "a sweep is at work in this folder",
-            (false, true) => "no sweep is at work in this folder: the same command goes on with it",
+            (false, true) => {
+                "no sweep is at work in this folder: the same command goes on with it, `sweep summary` adds cases of its last seconds"
+            }
             (false, false) => "no sweep is at work in this folder",
         };
         terminal::result(&format!(

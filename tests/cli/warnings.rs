@@ -233,7 +233,6 @@ fn histories_are_judged_where_they_are_loaded_most() {
             " in increment 1 of 2 (step 1)",
         ),
         ("it slips by ", " of the radius", ""),
-        ("it is about ", " wide", ""),
     ] {
         let expected = told(&pressed, from, to).map(|words| words + rest);
         assert!(expected.is_some(), "{from}: {pressed}");
