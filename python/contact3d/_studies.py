@@ -228,7 +228,7 @@ def accuracy(
     :param coarsest: smallest n_div of the meshes of a brick.
     :param finest: n_div of the finest mesh of a brick, a multiple of the scene's.
     :param unknowns: most unknowns of the two finer meshes of a mesh file or of several bodies.
-    :param budget: seconds for the solves of all methods, and as many for the meshes; by default 10 for the solves alone.
+    :param budget: seconds, half of them for the solves of all methods; by default 10 for these solves alone.
     """
     measures = options(coarsest=coarsest, finest=finest, unknowns=unknowns, budget=budget, threads=threads)
     command = [*_on_file("accuracy", scene, file), *measures, *pictures(figures)]

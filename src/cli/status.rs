@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use contact3d::adaptation::AdaptiveStatus;
 use runfile::{Reader, RunFile};
 
 use super::{
@@ -68,12 +69,15 @@ pub(super) fn status(file: &Path, output: &Output) -> Result<Exit, StageError> {
             let last = report::increment_in_words(scene, *last);
             text += &format!("{kept} of {all} increments are kept, the last {last}\n");
         }
-        text += match (is_busy, kept.is_empty()) {
-            (true, _) => "a command is at work on this file\n",
-            (false, false) => "no command is at work on this file: `run` goes on with them\n",
-            (false, true) => "",
-        };
         text += &levels.map_or_else(String::new, |levels| levels.text());
+        let is_unfinished = !kept.is_empty() || ended == Some(AdaptiveStatus::Refining);
+        text += match (is_busy, is_unfinished) {
+            (true, _) => "a command is at work on this file\n",
+            (false, true) => {
+                "no command is at work on this file: the same `run` goes on from there\n"
+            }
+            (false, false) => "",
+        };
         text += &format!("model features\n{}", features.text(2, 28));
         if let Some(advice) = &advice {
             text += &format!("  accuracy  {advice}\n");

@@ -71,7 +71,7 @@ pub struct AccuracyArguments {
     /// Of a mesh file or several bodies: most unknowns of the two finer meshes, by a forecast; by default 320000
     #[arg(long, value_name = "COUNT")]
     pub unknowns: Option<usize>,
-    /// Seconds for the solves of all methods, and as many for the meshes; what would take longer is left out; by default 10 for the solves alone
+    /// Seconds, half of them for the solves of all methods; what is forecast to take longer is left out; by default 10 for these solves alone
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     pub budget: Option<f64>,
     #[command(flatten)]

@@ -85,7 +85,7 @@ impl SolvedRun<'_> {
             (strain > 0.1).then(|| format!("strains reach {}{when}, {look}", percent(strain)))
         };
         // A newton strains a steel cube of a metre by 5e-12, lengths of mm taken for metres make strains of 1e-5 to 1e-4 as small.
-        let unstrained = (strain > 0.0 && strain < 1e-10).then(|| {
+        let unstrained = (strain < 1e-10 && self.is_strained()).then(|| {
             format!("strains are no more than {strain:.1e}: check the units of material, loads and lengths")
         });
         let depth = self.results.interference() / self.mesh.extent();

@@ -388,12 +388,26 @@ impl<'a> SolvedRun<'a> {
             [Dimension::STRESS, Dimension::LENGTH].map(|it| self.scene.units.of(it));
         let edge = largest.concentration.map(edge_words);
         let mut place = format!(" at {}", length.told(&largest.at));
-        let is_unreliable = self.report.discretisation_error.is_unreliable();
-        if edge.is_none() && largest.error.is_infinite() && is_unreliable {
-            place += ", not resolved: refine the mesh";
+        if edge.is_none() && largest.error.is_infinite() {
+            place += self.if_unresolved();
         }
         let shown = || with_bar(&stress, [largest.value, largest.error], &place, edge);
-        (self.solution.has_computed_solution() && largest.value > 0.0).then(shown)
+        let is_stressed = largest.value > 0.0 && self.is_strained();
+        (self.solution.has_computed_solution() && is_stressed).then(shown)
+    }
+
+    /// Whether strains are more than the rounding of displacements, as those of a body that moves as a whole are not.
+    pub(super) fn is_strained(&self) -> bool {
+        let moved = self.report.resultants.largest_displacement / self.mesh.extent();
+        self.report.largest_strain(self.mesh) > 1e-12 * moved
+    }
+
+    /// What is said of a quantity of a mesh that sees too little of the solution to tell errors of quantities.
+    pub(super) fn if_unresolved(&self) -> &'static str {
+        match self.report.discretisation_error.is_unreliable() {
+            true => ", not resolved: refine the mesh",
+            false => "",
+        }
     }
 
     #[rustfmt::skip]

@@ -248,17 +248,26 @@ impl SolvedRun<'_> {
         if let Some(it) = estimates.find(|it| it.functional == of) {
             return Some(self.with_error(it, unit));
         }
-        let value = self.report.value(of)?;
+        let (largest, words) = (self.pane_of_largest_pressure(), self.if_unresolved());
+        let Some(value) = self.report.value(of) else {
+            let has_area = match of {
+                Functional::StickArea => self.scene.has_friction(),
+                _ => of.is_area(),
+            };
+            let words = words.strip_prefix(", ").filter(|_| has_area);
+            return words.filter(|_| largest.is_some()).map(str::to_owned);
+        };
         let is_noise = of == Functional::TangentialForce && value <= self.noise(|row| row.force);
         let told = unit.told(&[if is_noise { 0.0 } else { value }]);
         if of != Functional::LargestPressure {
             return Some(told);
         }
-        let place = self.pane_of_largest_pressure().map(|(pane, surface)| {
+        let place = largest.map_or_else(String::new, |(pane, surface)| {
             let middle = surface.pane_centre(self.mesh, pane);
-            format!(" at {}", self.unit(Dimension::LENGTH).told(&middle))
+            let at = self.unit(Dimension::LENGTH).told(&middle);
+            format!(" at {at}{}", self.face_of_largest_pressure())
         });
-        Some(told + &place.unwrap_or_default() + &self.face_of_largest_pressure())
+        Some(told + &place + words)
     }
 
     /// The pane with the largest pressure; `None` where none is pressed.
@@ -303,7 +312,14 @@ impl SolvedRun<'_> {
         let grows = self.report.concentration(it.functional);
         let grows = grows.or(unbounded.map(|_| StressConcentration::Contact));
         let edge = grows.map(edge_words);
-        with_bar(unit, [it.value, it.error_bar()], &place, edge)
+        // A mesh for the energy norm may leave a peak far behind.
+        let is_behind = it.functional == Functional::LargestPressure && it.relative() > 0.25;
+        let of_energy = self.scene.adapt.filter(|adapt| adapt.of.is_none());
+        let more = match is_behind && edge.is_none() && of_energy.is_some() {
+            true => "; --quantity largest_pressure refines for it",
+            false => "",
+        };
+        with_bar(unit, [it.value, it.error_bar()], &place, edge) + more
     }
 }
 

@@ -148,7 +148,10 @@ pub fn limits(study: &DiscretisationStudy, units: Units) -> FigureTable {
     let quantities = quantities.map(|((of, trend), value)| (of.word(), name_of_quantity(*of), dimension(*of), *value, trend));
     let rows = [energy].into_iter().chain(quantities).map(|(key, name, dimension, value, trend)| {
         let unit = units.of(dimension);
-        let told = trend.limit.map(|limit| unit.told(&[limit]));
+        let told = trend.limit.map(|limit| match trend.is_confirmed() {
+            true => unit.told(&[limit]),
+            false => format!("about {}, by three meshes", unit.told(&[limit])),
+        });
         let grows = trend.grows.map(|at| format!("grows with every finer mesh at {}", edge_words(at)));
         let mut figures = Figures::new(units);
         figures.described("name", "quantity", Some(name), key);
@@ -158,7 +161,7 @@ pub fn limits(study: &DiscretisationStudy, units: Units) -> FigureTable {
         figures.json_only("concentration", trend.grows.map(StressConcentration::word));
         figures
     });
-    FigureTable::new("Limits (\"-\": none claimed, which takes three meshes with differences that fall with h, of all but energies four)", rows)
+    FigureTable::new("Limits, of energies by three meshes, of all else by four (\"-\": too few, or differences do not fall with h)", rows)
 }
 
 fn known(value: f64) -> Option<f64> {

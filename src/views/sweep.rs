@@ -74,7 +74,7 @@ pub(super) fn page(folder: &Path, interactive: bool) -> Result<Page, StageError>
 }
 
 /// Results worth a chart: column, quantity.
-const RESULTS: [(&str, &str); 12] = [
+const RESULTS: [(&str, &str); 15] = [
     ("normal_force", "normal force"),
     (
         "tangential_force_1",
@@ -87,7 +87,10 @@ const RESULTS: [(&str, &str); 12] = [
     ("open", "open panes"),
     ("stick", "sticking panes"),
     ("slip", "slipping panes"),
+    ("quantity_contact_area", "contact area"),
+    ("quantity_stick_area", "stick area"),
     ("largest_pressure", "largest contact pressure"),
+    ("largest_von_mises", "largest von Mises stress"),
     ("largest_displacement_along_x", "largest |u_x|"),
     ("largest_displacement_along_y", "largest |u_y|"),
     ("largest_displacement_along_z", "largest |u_z|"),

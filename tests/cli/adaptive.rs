@@ -249,6 +249,14 @@ fn a_killed_run_goes_on_from_the_last_level() {
         sleep(Duration::from_millis(60 + 40 * round));
         let _ = child.kill();
         child.wait().expect("ended");
+        let status = program.command(&["status", "run.h5"]).output();
+        let text = String::from_utf8_lossy(&status.expect("a status").stdout).into_owned();
+        let has_levels = text.contains("levels for an error of 3.5 %");
+        let is_told = text.contains("the same `run` goes on from there");
+        assert!(
+            is_told || !has_levels || !text.contains("missing"),
+            "{text}"
+        );
     }
     run(&program, "3.5%", &[]).success();
     assert_eq!(program.digests(), expected);

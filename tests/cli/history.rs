@@ -195,7 +195,7 @@ fn a_killed_history_goes_on_with_the_same_bits() {
             let text = String::from_utf8_lossy(&status.get_output().stdout).into_owned();
             let kept = format!("{part} of 1501 increments are kept, the last step ");
             assert!(text.contains(&kept), "{text}");
-            let idle = "no command is at work on this file: `run` goes on with them";
+            let idle = "no command is at work on this file: the same `run` goes on from there";
             assert!(text.contains(idle), "{text}");
         }
     }

@@ -1,8 +1,8 @@
 //! The areas of contact and of stick, and where they lie.
 //!
 //! A count of panes moves by whole panes and cannot tell how sure it is. Here the conditions of contact are asked inside each pane, whose
-//! multiplier λ is a mean. A pane has the stiffness κ k of a patch on the share σ of it ([`super::patch`]). So pressure and shear at a place
-//! with the gap g and the slip s (along λ_t) are about
+//! multiplier λ is a mean; that of a node is one over what its linear function has of the triangles around. A pane has the stiffness κ k of a
+//! patch on the share σ of it ([`super::patch`]). So pressure and shear at a place with the gap g and the slip s (along λ_t) are about
 //!
 //!   z = λ_ν − c − κ k g,   τ = λ_t/σ + κ k s,   ψ = min(m(z⁺) (1 − ‖τ‖_𝓕), z),
 //!
@@ -11,7 +11,7 @@
 //!
 //! A level line may lie 0.15 of a pane away, by which z changes as much as from pane to pane; and the pressure itself is off by about the
 //! relative error η of the energy norm. So z is known to δ = 0.15 rms |Δz̄| + 0.75 η p̃ and ψ to 0.15 rms |Δψ̄| + 1.5 η m̃ + 0.3 p̂, with root
-//! mean squares p̃ and m̃ over the pressed face; where η is small, lines of contact are better known than that by √(η/0.15). Waves of the
+//! mean squares p̃ and m̃ over the pressed face. Waves of the
 //! pressure drag a face along a rigid obstacle: p̂ is their amplitude inside the pane, of which shear has the part (1 − 2ν)/(2 − 2ν), 0.3.
 //! The areas lie between those with z > δ and z > −δ for κ k, 4/3 of it and 2/3. The other factors are measured.
 
@@ -33,9 +33,8 @@ use crate::{
 /// Share of a pane by which a level line may lie away.
 const LINE_SHIFT: f64 = 0.15;
 
-/// Errors of pressures and of slip bounds beside the relative error in the energy norm.
-const PRESSURE_ERROR: f64 = 0.75;
-const BOUND_ERROR: f64 = 1.5;
+/// Errors of pressures and of slip bounds over the relative error in the energy norm.
+const PRESSURE_ERRORS: [f64; 2] = [0.75, 1.5];
 
 /// The stiffness of a patch and what it may be instead, over κ k.
 const STIFFNESS: [f64; 3] = [1.0, 4.0 / 3.0, 2.0 / 3.0];
@@ -61,38 +60,22 @@ pub(super) fn areas(
         return Vec::new();
     };
     let margins = Margins::new(solved, contact, known, stiffness);
-    let error = energy.relative();
-    let sharper = (error / LINE_SHIFT).sqrt().min(1.0);
-    let of_contact = ErrorOfMargin {
-        margin: 0,
-        of_line: sharper,
-        of_pressure: sharper * PRESSURE_ERROR * margins.sizes[0] * error,
-    };
-    let of_stick = ErrorOfMargin {
-        margin: 1,
-        of_line: 1.0,
-        of_pressure: BOUND_ERROR * margins.sizes[1] * error,
-    };
+    let sizes = margins.sizes.into_iter().zip(PRESSURE_ERRORS);
+    let errors = sizes.map(|(size, share)| share * size * energy.relative());
     let has_friction = contact.state.interface.has_friction();
-    let errors = [of_contact, of_stick];
+    let errors: Vec<f64> = errors.take(1 + usize::from(has_friction)).collect();
     let places = (0..margins.moved.len()).into_par_iter();
     let of_triangles: Vec<_> = places
         .map(|place| margins.areas_of_triangle(place, &errors))
         .collect();
-    let told = &errors[..1 + usize::from(has_friction)];
-    told.iter()
-        .map(|error| margins.area(error, &of_triangles, energy, wanted))
+    let kinds = [Functional::ContactArea, Functional::StickArea].into_iter();
+    kinds
+        .take(errors.len())
+        .enumerate()
+        .map(|(margin, functional)| {
+            margins.area((margin, functional), &of_triangles, energy, wanted)
+        })
         .collect()
-}
-
-/// What a margin is known to.
-struct ErrorOfMargin {
-    /// 0 for z, 1 for ψ.
-    margin: usize,
-    /// Factor of the shift of its line.
-    of_line: f64,
-    /// What the error of pressures adds, in Pa.
-    of_pressure: f64,
 }
 
 /// z and ψ of the contact face, all in Pa.
@@ -100,7 +83,9 @@ struct Margins<'a> {
     solved: &'a Solved<'a>,
     contact: &'a SolvedContact<'a>,
     known: &'a SolutionData<'a>,
-    /// −g, s₁, s₂ at the corners of the parts of each contact triangle in m, `[n_contact_facets]`.
+    /// Barycentric coordinates of the corners of the parts of a triangle on which margins are linear.
+    parts: Vec<[[f64; 3]; 3]>,
+    /// −g, s₁, s₂ at these of each contact triangle in m, `[n_contact_facets]`.
     moved: Vec<Vec<[[f64; 3]; 3]>>,
     /// k in Pa/m, `[n_panes]`.
     stiffness: &'a [f64],
@@ -138,11 +123,17 @@ impl<'a> Margins<'a> {
             *area *= pane.map_or(1.0, |pane| (surface.pane_area[pane] / whole[pane]).min(1.0));
         }
         let nodal = displacements(contact, known);
-        let shares: Vec<[f64; 3]> = parts().into_iter().flatten().collect();
+        let whole_triangle = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let parts: Vec<_> = quarters_of(&whole_triangle)
+            .iter()
+            .flat_map(quarters_of)
+            .collect();
+        let shares: Vec<[f64; 3]> = parts.iter().flatten().copied().collect();
         let at_shares =
             ContactPoints::new(solved, contact, known, &nodal).moved_at(&nodal, &shares);
         let of_parts = |at: Vec<[f64; 3]>| at.as_chunks().0.to_vec();
         let mut margins = Self {
+            parts,
             area,
             solved,
             contact,
@@ -184,26 +175,16 @@ impl<'a> Margins<'a> {
         margins
     }
 
-    /// z and ψ of some multipliers with their weights, for −g, s₁, s₂ in m.
-    fn at(&self, multipliers: &[(usize, f64)], moved: [f64; 3], kind: usize) -> [f64; 2] {
+    /// z and ψ by a multiplier, for −g, s₁, s₂ in m.
+    fn at(&self, pane: usize, moved: [f64; 3], kind: usize) -> [f64; 2] {
         let layout = self.contact.coupling.layout;
         let values = &self.solved.solution.multiplier;
-        let sum = |of: &dyn Fn(usize, Patch) -> f64| -> f64 {
-            let of = |(pane, weight): &(usize, f64)| weight * of(*pane, self.patches[*pane][kind]);
-            multipliers.iter().map(of).sum()
-        };
-        let stiffness = sum(&|_, patch| patch.stiffness);
-        let contact =
-            sum(&|pane, patch| values[layout.normal(pane)] - patch.excess) + stiffness * moved[0];
-        let pair = |pane| {
-            layout
-                .tangential(pane)
-                .map_or([0.0; 2], |pair| pair.map(|j| values[j]))
-        };
-        let shear = [0, 1].map(|k| {
-            sum(&|pane, patch| pair(pane)[k] / (1.0 - patch.open)) + stiffness * moved[k + 1]
-        });
-        let semi_axes = [0, 1].map(|k| sum(&|pane, _| self.semi_axes(pane, contact.max(0.0))[k]));
+        let patch = self.patches[pane][kind];
+        let contact = values[layout.normal(pane)] - patch.excess + patch.stiffness * moved[0];
+        let pair = layout.tangential(pane);
+        let pair = pair.map_or([0.0; 2], |pair| pair.map(|j| values[j]));
+        let shear = [0, 1].map(|k| pair[k] / (1.0 - patch.open) + patch.stiffness * moved[k + 1]);
+        let semi_axes = self.semi_axes(pane, contact.max(0.0));
         let size = (semi_axes[0] + semi_axes[1]) / 2.0;
         let level = match shear {
             [0.0, 0.0] => 0.0,
@@ -237,7 +218,7 @@ impl<'a> Margins<'a> {
         for (node, weight) in self.contact.state.surface.pane_weights(pane) {
             (0..3).for_each(|c| mean[c] += weight * nodal[node][c]);
         }
-        self.at(&[(pane, 1.0)], mean, 0)
+        self.at(pane, mean, 0)
     }
 
     /// The patches of all panes, of which those that share a node with a pane are `beside` it.
@@ -246,14 +227,13 @@ impl<'a> Margins<'a> {
         let n_panes = surface.n_panes();
         let mut openings: Vec<Opening> = (0..n_panes).map(|_| Opening::default()).collect();
         for (place, moved) in self.moved.iter().enumerate() {
-            let Some(pane) = surface.pane_of_facet(place) else {
-                continue;
-            };
             let corners = mesh.corners(&mesh.facets[surface.facets[place]]);
             let area = self.area[place] / moved.len() as f64;
-            for (part, at) in parts().iter().zip(moved) {
+            for (part, at) in self.parts.iter().zip(moved) {
                 let corners = part.map(|share| quadrature::point(&corners, &share));
-                openings[pane].add(corners, at.map(|at| at[0]), area);
+                for (pane, weight) in self.multipliers_of(place, part) {
+                    openings[pane].add(corners, at.map(|at| at[0]), weight * area);
+                }
             }
         }
         let pressure = |pane: usize| -self.known.panes[pane].normal_stress;
@@ -292,15 +272,26 @@ impl<'a> Margins<'a> {
                 .map(|pane| settled(pane, stiffness(&patches, pane)));
             patches = next.collect();
         }
-        let of_pane = |pane| STIFFNESS.map(|by| settled(pane, by * stiffness(&patches, pane)));
+        let of_pane = |pane| {
+            let (stiffness, sway) = (stiffness(&patches, pane), openings[pane].amplitude());
+            let wave = if is_pressed(&pane) {
+                stiffness * sway
+            } else {
+                0.0
+            };
+            STIFFNESS.map(|by| Patch {
+                wave,
+                ..settled(pane, by * stiffness)
+            })
+        };
         panes.map(of_pane).collect()
     }
 
-    /// The area where a margin is positive.
+    /// The area where z or ψ is positive.
     fn area(
         &self,
-        error: &ErrorOfMargin,
-        of_triangles: &[[([f64; 3], f64); 2]],
+        (margin, functional): (usize, Functional),
+        of_triangles: &[Vec<([f64; 3], f64)>],
         energy: &ErrorEstimate,
         wanted: Option<Functional>,
     ) -> FunctionalEstimate {
@@ -313,7 +304,7 @@ impl<'a> Margins<'a> {
         let mut indicator = vec![0.0; mesh.tetrahedra.len()];
         let (mut sums, mut by_pressure) = ([0.0; 3], 0.0);
         for (place, tetrahedron) in mesh.behind_contact().into_iter().enumerate() {
-            let (mut areas, line_part) = of_triangles[place][error.margin];
+            let (mut areas, line_part) = of_triangles[place][margin];
             // A face without any force may touch, but bears nothing.
             if !is_pressed[surface.face_number(place)] {
                 areas = [0.0, 0.0, areas[2]];
@@ -323,7 +314,6 @@ impl<'a> Margins<'a> {
             indicator[tetrahedron] += line_part * width;
             by_pressure += (1.0 - line_part) * width;
         }
-        let functional = [Functional::ContactArea, Functional::StickArea][error.margin];
         if wanted == Some(functional) {
             // Pressures are off by what all tetrahedra contribute to the error in the energy norm.
             let square = energy.total().powi(2);
@@ -344,62 +334,54 @@ impl<'a> Margins<'a> {
 
     /// The areas of a contact triangle in m² where z and ψ are positive, above their errors and above the opposite of them; and the part of
     /// those errors which is of the line.
-    fn areas_of_triangle(&self, place: usize, errors: &[ErrorOfMargin; 2]) -> [([f64; 3], f64); 2] {
-        let of_pane = self.contact.state.surface.pane_of_facet(place);
-        let of_pane = of_pane.map(|pane| vec![(pane, 1.0)]);
-        let corner = |share: [f64; 3], moved: [f64; 3]| {
-            let multipliers = of_pane
-                .clone()
-                .unwrap_or_else(|| self.multipliers_at(place, share));
-            let margins = [0, 1, 2].map(|kind| self.at(&multipliers, moved, kind));
-            let lines = errors.each_ref().map(|error| {
-                let shift = |pane: &usize| error.of_line * self.line_shift[*pane][error.margin];
-                let terms = multipliers
-                    .iter()
-                    .map(|(pane, weight)| weight * shift(pane));
-                terms.sum::<f64>().max(0.0)
-            });
-            (margins, lines)
+    fn areas_of_triangle(&self, place: usize, errors: &[f64]) -> Vec<([f64; 3], f64)> {
+        let of_part = self.area[place] / self.parts.len() as f64;
+        // Of each margin its area, that above errors and that above the opposite of them for each stiffness.
+        let mut sums = [[[0.0; 3]; 3]; 2];
+        let mut error_sums = [[0.0; 2]; 2];
+        for (part, moved) in self.parts.iter().zip(&self.moved[place]) {
+            for (pane, weight) in self.multipliers_of(place, part) {
+                let margins = [0, 1, 2].map(|kind| moved.map(|at| self.at(pane, at, kind)));
+                for (m, of_pressure) in errors.iter().enumerate() {
+                    let line = self.line_shift[pane][m];
+                    let whole = line + of_pressure;
+                    for (sums, by) in sums[m].iter_mut().zip([0.0, -whole, whole]) {
+                        for (sum, z) in sums.iter_mut().zip(&margins) {
+                            *sum += weight * of_part * positive_share(z.map(|z| z[m] + by));
+                        }
+                    }
+                    error_sums[m][0] += weight * line;
+                    error_sums[m][1] += weight * whole;
+                }
+            }
+        }
+        let of_margin = |m: usize| {
+            let [value, low, high] = sums[m];
+            let low = low.into_iter().fold(f64::INFINITY, f64::min);
+            let high = high.into_iter().fold(0.0, f64::max);
+            let [of_line, whole] = error_sums[m];
+            let of_line = if whole > 0.0 { of_line / whole } else { 1.0 };
+            ([value[0], low, high], of_line)
         };
-        let parts = parts().into_iter().zip(&self.moved[place]);
-        let parts: Vec<[_; 3]> = parts
-            .map(|(part, moved)| std::array::from_fn(|k| corner(part[k], moved[k])))
-            .collect();
-        let of_part = self.area[place] / parts.len() as f64;
-        errors.each_ref().map(|error| {
-            let m = error.margin;
-            let area = |kind: usize, by: f64| {
-                let shares = parts.iter().map(|part| {
-                    positive_share(part.map(|(margins, lines)| {
-                        margins[kind][m] - by * (lines[m] + error.of_pressure)
-                    }))
-                });
-                of_part * shares.sum::<f64>()
-            };
-            let low = (0..3)
-                .map(|kind| area(kind, 1.0))
-                .fold(f64::INFINITY, f64::min);
-            let high = (0..3).map(|kind| area(kind, -1.0)).fold(0.0, f64::max);
-            let of_line: f64 = parts.iter().flatten().map(|(_, lines)| lines[m]).sum();
-            let whole = of_line + 3.0 * parts.len() as f64 * error.of_pressure;
-            (
-                [area(0, 0.0), low, high],
-                if whole > 0.0 { of_line / whole } else { 1.0 },
-            )
-        })
+        (0..errors.len()).map(of_margin).collect()
     }
 
-    /// The multipliers at a place of a contact triangle with their weights; where a held node has none, those of the others in the triangle.
-    fn multipliers_at(&self, place: usize, share: [f64; 3]) -> Vec<(usize, f64)> {
-        let acting = multipliers_at(self.solved.mesh, self.contact, place, share);
-        let whole: f64 = acting.iter().map(|(_, weight)| weight).sum();
-        if (whole - 1.0).abs() < 1e-9 {
-            return acting;
+    /// The multipliers that press a part of a contact triangle, with what each has of it; where held nodes have none, the others.
+    fn multipliers_of(&self, place: usize, part: &[[f64; 3]; 3]) -> Vec<(usize, f64)> {
+        let middle = [0, 1, 2].map(|k| part.iter().map(|share| share[k]).sum::<f64>() / 3.0);
+        let mut acting = multipliers_at(self.solved.mesh, self.contact, place, middle);
+        acting.retain(|(_, weight)| *weight > 0.0);
+        if acting.is_empty() {
+            let surface = self.contact.state.surface;
+            acting = surface
+                .panes_of_facet(self.solved.mesh, place)
+                .into_iter()
+                .map(|pane| (pane, 1.0))
+                .collect();
         }
-        let surface = self.contact.state.surface;
-        let panes = surface.panes_of_facet(self.solved.mesh, place);
-        let weight = (panes.len() as f64).recip();
-        panes.into_iter().map(|pane| (pane, weight)).collect()
+        let whole: f64 = acting.iter().map(|(_, weight)| weight).sum();
+        acting.iter_mut().for_each(|(_, weight)| *weight /= whole);
+        acting
     }
 }
 
@@ -447,12 +429,6 @@ fn root_mean_square(values: impl Iterator<Item = (f64, f64)>) -> f64 {
         [_, 0.0] => 0.0,
         [sum, whole] => (sum / whole).sqrt(),
     }
-}
-
-/// The parts of a contact triangle on which margins are linear, by barycentric coordinates.
-fn parts() -> Vec<[[f64; 3]; 3]> {
-    let whole = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    quarters_of(&whole).iter().flat_map(quarters_of).collect()
 }
 
 /// What z̄ and ψ̄ change by from each pane to those that share a node with it.

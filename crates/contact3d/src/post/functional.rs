@@ -157,7 +157,13 @@ fn is_estimated(functional: Functional, mesh: &Mesh) -> bool {
         | Functional::TangentialForce
         | Functional::LargestPressure
         | Functional::MeanPressure { .. } => mesh.mid_edges.is_some(),
-        _ => true,
+        Functional::StrainEnergy
+        | Functional::PeakDisplacement
+        | Functional::MeanDisplacement { .. }
+        | Functional::LargestVonMises
+        | Functional::ContactArea
+        | Functional::StickArea
+        | Functional::Dissipation => true,
     }
 }
 

@@ -66,6 +66,11 @@ impl Opening {
         })
     }
 
+    /// That of waves with this variance in m.
+    pub(super) fn amplitude(&self) -> f64 {
+        (2.0 * self.variance()).sqrt()
+    }
+
     /// K in 1/m.
     pub(super) fn wave_number(&self) -> f64 {
         let whole: f64 = self.depths.iter().map(|(_, area)| area).sum();
@@ -86,8 +91,7 @@ impl Opening {
             stiffness,
             // As if all of it were pressed, when the mean of z is linear in c.
             excess: self.mean(|at| trial(at).iter().sum::<f64>() / 3.0) - pressure,
-            open: 0.0,
-            wave: stiffness * (2.0 * self.variance()).sqrt(),
+            ..Patch::default()
         };
         for _ in 0..PATCH_STEPS {
             let z = |at| trial(at).map(|z| z - patch.excess);

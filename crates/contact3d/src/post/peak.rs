@@ -45,28 +45,26 @@ pub(super) fn largest_pressure(
     if largest <= 0.0 {
         return None;
     }
-    let (shape, falls) = shape_of_peak((solved, contact), panes, stiffness, highest);
-    let bar = match shape {
-        PeakShape::Resolved => largest * falls[0].max(falls[1].abs()).max(0.02),
-        PeakShape::Coarse => largest * falls[0].max(0.2),
-        PeakShape::Growing => f64::INFINITY,
-    };
     // Without a formula a face presses unevenly inside panes by what interpolation makes of it, less than this unless it is tilted.
     let mut features = solved.scene.contact_features().into_iter();
     let is_flat = features.all(|face| face.obstacle.is_none() && face.gap.is_none());
-    let bar = match inside > 2.0 * largest || !is_flat {
+    let is_uneven = inside > 2.0 * largest;
+    let bar = match shape_of_peak((solved, contact), panes, stiffness, highest) {
+        (PeakShape::Resolved, falls) => largest * falls[0].max(falls[1].abs()).max(0.02),
+        // What looks like an edge may be a trough between waves that panes do not see.
+        (PeakShape::Growing, _) if is_flat || !is_uneven => f64::INFINITY,
+        (_, falls) => largest * falls[0].max(0.2),
+    };
+    let bar = match is_uneven || !is_flat {
         true => bar.max(inside - largest),
         false => bar,
     };
-    let least = match shape {
-        PeakShape::Growing => largest,
-        _ => largest - bar,
-    };
+    let below = if bar.is_infinite() { 0.0 } else { bar };
     Some(FunctionalEstimate {
         functional: Functional::LargestPressure,
         value: largest,
         signed_error: bar,
-        range: [least, largest + bar],
+        range: [largest - below, largest + bar],
         corners: Some(box_of(solved, contact, highest)),
         kinks: 0,
         indicator: Vec::new(),

@@ -1,6 +1,6 @@
 //! Errors of nested meshes against the finest one, with observed orders and limits.
 
-use std::{path::Path, sync::Arc};
+use std::{path::Path, sync::Arc, time::Instant};
 
 use super::{
     AccuracySettings, Cost, MOST_UNKNOWNS,
@@ -77,7 +77,7 @@ pub struct Trend {
     /// Limit of the last two levels at the last order; `None` without it, of what grows, and of a quantity other than energy whose
     /// order before was another one.
     pub limit: Option<f64>,
-    /// Where it grows with every finer mesh, as the finest level that tells so says.
+    /// Where it grows with every finer mesh, as the finest level that tells so says; `None` where it falls on the last.
     pub grows: Option<StressConcentration>,
 }
 
@@ -133,13 +133,17 @@ impl DiscretisationStudy {
         let of_quantity = |(k, of): (usize, Functional)| {
             let trend = of_levels(&|level| level.quantities[k]);
             let grows = levels.iter().rev().find_map(|level| *level.grows.get(k)?);
+            let mut pairs = levels.windows(2);
+            let falls = pairs
+                .next_back()
+                .is_some_and(|pair| pair[1].quantities[k] <= pair[0].quantities[k]);
             let is_told = of == Functional::StrainEnergy || trend.is_confirmed();
             let limit = trend.limit.filter(|_| is_told && grows.is_none());
             (
                 of,
                 Trend {
                     limit,
-                    grows,
+                    grows: grows.filter(|_| !falls),
                     ..trend
                 },
             )
@@ -167,6 +171,7 @@ pub(super) struct NestedMeshes<'a> {
     to_come: Vec<Option<Brick>>,
     most_unknowns: usize,
     budget: Option<f64>,
+    began: Instant,
     quantities: Vec<Functional>,
     levels: Vec<Level>,
     fields: Vec<SolvedMesh>,
@@ -195,6 +200,7 @@ impl<'a> NestedMeshes<'a> {
             to_come,
             most_unknowns: settings.unknowns.unwrap_or(MOST_UNKNOWNS),
             budget: settings.budget,
+            began: Instant::now(),
             quantities: quantities_of(scene),
             levels: Vec::new(),
             fields: Vec::new(),
@@ -252,14 +258,21 @@ impl<'a> NestedMeshes<'a> {
                 "expected at most {most} unknowns, found about {n_free:.0}; allow more with --unknowns"
             ));
         }
-        // As levels of an adaptive mesh are expected to.
-        let seconds = last.cost.seconds * edges.powf(4.5);
-        let costs = self.levels.iter().map(|level| level.cost);
-        let spent: f64 = costs.map(|cost| cost.seconds * cost.repeats as f64).sum();
-        let left = self.budget? - spent;
+        // Seconds went with the power 3 to 4.5 of the cells along an edge; of small meshes with less, before larger ones take more.
+        let coarser = self.levels.iter().rev().nth(1);
+        let order = coarser.map_or(3.5, |coarser| {
+            (last.cost.seconds / coarser.cost.seconds).ln() / (coarser.size / last.size).ln()
+        });
+        let seconds = last.cost.seconds * edges.powf(order.clamp(3.0, 4.5));
+        let left = self.left()?;
         (seconds > left).then(|| {
             format!("it is forecast to take {seconds:.1} s, more than is left of --budget")
         })
+    }
+
+    /// Seconds left of the budget; `None` without one.
+    pub(super) fn left(&self) -> Option<f64> {
+        Some(self.budget? - self.began.elapsed().as_secs_f64())
     }
 
     /// All meshes against the finest.
@@ -342,7 +355,8 @@ fn refuse_other_options(scene: &Scene, settings: &AccuracySettings) -> Result<()
 impl Trend {
     /// Whether the order before the last is about the same. Forces, areas and largest values depend on where panes lie: of 56 limits by
     /// three meshes 42 were further from the value on the next mesh than that on the third, of 34 limits of energies 6 (cells halved).
-    fn is_confirmed(&self) -> bool {
+    #[must_use]
+    pub fn is_confirmed(&self) -> bool {
         matches!(self.orders[..], [.., Some(before), Some(last)] if (last - before).abs() <= 0.5)
     }
 

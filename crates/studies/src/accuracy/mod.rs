@@ -34,8 +34,8 @@ pub const MOST_UNKNOWNS: usize = 320_000;
 /// How far the studies go.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct AccuracySettings {
-    /// Seconds for the solves of all methods on all operators, 10 when not given; later ones are left out. When given, as many for the
-    /// meshes; finer ones than the scene's that would take longer by a forecast are left out.
+    /// Seconds for both studies: half of what coarser meshes leave for the solves of all methods on all operators, the rest for finer
+    /// meshes. What would take longer by a forecast is left out; when not given, solves beyond 10 seconds alone.
     pub budget: Option<f64>,
     /// Smallest n_div of the meshes of a brick; 4 when not given.
     pub coarsest: Option<usize>,
@@ -71,7 +71,12 @@ impl Accuracy {
         let mut meshes = NestedMeshes::new(scene, folder, settings)?;
         // The small meshes first: what an allocator keeps of a large one would count as their peak.
         meshes.solve(true, observe)?;
-        let algebraic = AlgebraicStudy::of(scene, folder, settings, observe)?;
+        let budget = meshes.left().map(|left| left / 2.0);
+        let of_solves = AccuracySettings {
+            budget,
+            ..*settings
+        };
+        let algebraic = AlgebraicStudy::of(scene, folder, &of_solves, observe)?;
         meshes.solve(false, observe)?;
         Ok(Self {
             algebraic,
