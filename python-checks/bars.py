@@ -184,7 +184,10 @@ def waves_of(seed: int, number: int, factor: int) -> str:
             "wedge": f'gap = "{deep:.4e}*x/{length:.4f}"',
         }[kind]
     )
-    if friction := at.choice([0.0, 0.0, 0.2, 0.5]):
+    friction = at.choice([0.0, 0.0, 0.2, 0.5])
+    if at.random() < 0.4:
+        lines.append('multipliers = "nodal"')
+    if friction:
         lines.append(f"[friction]\ncoefficient.constant = {friction}")
     return "\n".join(lines) + "\n"
 

@@ -51,11 +51,7 @@ fn try_steps(scene: &Scene, mesh: &Mesh) -> Result<(), InvalidValue> {
     for (step, at_end) in scene.at_ends().enumerate() {
         let at_end = at_end?;
         let tried = try_loads(&at_end, mesh).and_then(|()| Interface::new(&at_end, mesh).map(drop));
-        tried.map_err(|invalid| InvalidValue {
-            key: format!("step.{step}"),
-            expected: format!("{}: {}", invalid.key, invalid.expected),
-            ..invalid
-        })?;
+        tried.map_err(|invalid| invalid.in_step(step))?;
     }
     Ok(())
 }

@@ -13,9 +13,13 @@
 
 use crate::support::{Implicit, hkl_scene};
 use contact3d::{
+    Problem,
     post::Zone,
-    scene::PrecisionControl::{Adaptive, Fixed},
-    solver::StopReason,
+    scene::{
+        DualOperatorKind, Method,
+        PrecisionControl::{Adaptive, Fixed},
+    },
+    solver::{Status, StopReason},
 };
 use rayon::prelude::*;
 
@@ -89,11 +93,14 @@ fn converged_values_at_n_div_8() {
     let mut scene = hkl_scene(1, 8);
     scene.solve.precision = Fixed;
     scene.solve.epsilon = Some(1e-8);
-    let problem = Implicit::new(&scene);
-    let found = problem.solve(&scene);
-    assert_eq!(found.stop, StopReason::Converged);
-    let solution = found.solution;
-    let report = problem.report(&scene, &solution);
+    scene.solve.method = Method::FixedPoint;
+    scene.assemble.dual_operator = DualOperatorKind::Explicit;
+    let problem = Problem::new(scene).and_then(Problem::assemble);
+    let problem = problem.expect("a problem");
+    let (solution, report) = problem
+        .solve_and_report(&problem.scene().solve)
+        .expect("a solve");
+    assert_eq!(solution.status, Status::Converged);
     let r = &report.resultants;
     let contact = r.contact.expect("contact");
     let tangential = contact.tangential_force.expect("friction");

@@ -62,24 +62,11 @@ fn energy_of_frictionless_nodal_contact() {
 fn column(poisson_ratio: f64, contact: &str) -> Case {
     Case::of(&format!(
         "title = 'column'
-        [body.brick]
-        size = [1.0, 0.8, 1.5]
-        cells = [4, 4, 3]
-        [material.isotropic]
-        young_modulus = {YOUNG:?}
-        poisson_ratio = {poisson_ratio}
-        [[clamp]]
-        face = 'x_min'
-        components = ['x']
-        [[clamp]]
-        face = 'y_min'
-        components = ['y']
-        [[clamp]]
-        box = [[0, 0, 0], [0, 0, 0]]
-        components = ['z']
-        [[pressure]]
-        face = 'z_max'
-        value = {PRESSURE:?}
+        body.brick = {{ size = [1.0, 0.8, 1.5], cells = [4, 4, 3] }}
+        material.isotropic = {{ young_modulus = {YOUNG:?}, poisson_ratio = {poisson_ratio} }}
+        clamp = [{{ face = 'x_min', components = ['x'] }}, {{ face = 'y_min', components = ['y'] }},
+                 {{ box = [[0, 0, 0], [0, 0, 0]], components = ['z'] }}]
+        pressure = [{{ face = 'z_max', value = {PRESSURE:?} }}]
         [contact]
         face = 'z_min'
         {contact}"

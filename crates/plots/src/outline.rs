@@ -45,6 +45,20 @@ pub(super) fn mark_lines(edges: &mut [SurfaceEdge], rest: &FacetNormals, faces: 
 
 /// Joins edges that meet in a node of two edges to lines of nodes; every edge is used once.
 pub(super) fn joined_lines(edges: &[[usize; 2]]) -> Vec<Vec<usize>> {
+    joined(edges, |n_edges| n_edges == 2)
+}
+
+/// Joins the edges of a border to loops of nodes, the first of which is not said again; every edge is used once.
+pub(super) fn edge_loops(edges: &[[usize; 2]]) -> Vec<Vec<usize>> {
+    let mut loops = joined(edges, |_| true);
+    for nodes in loops.iter_mut().filter(|it| it.first() == it.last()) {
+        nodes.pop();
+    }
+    loops
+}
+
+/// Joins edges to lines that go on through nodes of so many edges, until they are back.
+fn joined(edges: &[[usize; 2]], goes_on: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
     let mut edges_at: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (index, edge) in edges.iter().enumerate() {
         for &node in edge {
@@ -70,7 +84,7 @@ pub(super) fn joined_lines(edges: &[[usize; 2]]) -> Vec<Vec<usize>> {
                 line.push(node);
                 let at = &edges_at[&node];
                 match at.iter().find(|&&next| !used[next]) {
-                    Some(&next) if at.len() == 2 => edge = next,
+                    Some(&next) if goes_on(at.len()) && node != start => edge = next,
                     _ => break,
                 }
             }

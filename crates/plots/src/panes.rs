@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use units::{Dimension, Unit, Units};
 
 use super::{
-    outline::surface_edges,
+    outline::{edge_loops, surface_edges},
     picture::ContactPicture,
     scale::{UnitScale, bounds},
     text::Label,
@@ -171,36 +171,6 @@ pub(super) fn single_edges(triangles: &[[usize; 3]]) -> Vec<[usize; 2]> {
         .filter(|edge| edge.triangles.len() == 1)
         .map(|edge| edge.nodes)
         .collect()
-}
-
-/// Chains edges to loops of nodes; every edge is used once.
-pub(super) fn edge_loops(edges: &[[usize; 2]]) -> Vec<Vec<usize>> {
-    let mut edges_at: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for (index, edge) in edges.iter().enumerate() {
-        for &node in edge {
-            edges_at.entry(node).or_default().push(index);
-        }
-    }
-    let mut used = vec![false; edges.len()];
-    let mut loops = Vec::new();
-    for start in 0..edges.len() {
-        if used[start] {
-            continue;
-        }
-        used[start] = true;
-        let [first, mut node] = edges[start];
-        let mut nodes = vec![first];
-        while node != first {
-            nodes.push(node);
-            let next = edges_at[&node].iter().copied().find(|&edge| !used[edge]);
-            let Some(next) = next else { break };
-            used[next] = true;
-            let [p, q] = edges[next];
-            node = if p == node { q } else { p };
-        }
-        loops.push(nodes);
-    }
-    loops
 }
 
 /// Area centroid of a union of triangles; the mean of the corners when its area is zero.

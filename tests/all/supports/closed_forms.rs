@@ -12,14 +12,8 @@ const PRESSED: f64 = 1e-5;
 fn pressed(element: &str, poisson: f64, below: &str) -> Case {
     Case::of(&format!(
         "title = 'pressed'
-        [body]
-        element = '{element}'
-        [body.brick]
-        size = {SIZE:?}
-        cells = [4, 4, 3]
-        [material.isotropic]
-        young_modulus = {YOUNG:?}
-        poisson_ratio = {poisson}
+        body = {{ element = '{element}', brick = {{ size = {SIZE:?}, cells = [4, 4, 3] }} }}
+        material.isotropic = {{ young_modulus = {YOUNG:?}, poisson_ratio = {poisson} }}
         [[clamp]]
         face = 'x_min'
         components = ['x']

@@ -232,10 +232,7 @@ impl Interface {
     /// Coulomb's law, where it is the law.
     #[must_use]
     pub fn coulomb(&self) -> Option<&CoulombLaw> {
-        match &self.friction {
-            InterfaceFriction::Coulomb(law) => Some(law),
-            InterfaceFriction::Frictionless | InterfaceFriction::Tresca(_) => None,
-        }
+        self.friction.coulomb()
     }
 
     /// Whether the coefficients of friction follow the slip.
@@ -246,6 +243,14 @@ impl Interface {
 }
 
 impl InterfaceFriction {
+    /// Coulomb's law, where it is the law.
+    pub(crate) fn coulomb(&self) -> Option<&CoulombLaw> {
+        match self {
+            Self::Coulomb(law) => Some(law),
+            Self::Frictionless | Self::Tresca(_) => None,
+        }
+    }
+
     /// The friction of all faces. Given slip bounds alone are ellipses known beforehand; beside a law that follows the
     /// pressure they are part of it.
     fn new(

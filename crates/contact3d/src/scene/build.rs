@@ -140,11 +140,9 @@ impl Traction {
     #[must_use]
     pub fn on(face: impl Into<String>, value: [impl Into<Quantity>; 3]) -> Self {
         Self {
-            name: None,
             face: face.into(),
-            corners: None,
-            disc: None,
             value: value.map(Into::into),
+            ..Self::default()
         }
     }
 }
@@ -154,11 +152,9 @@ impl Pressure {
     #[must_use]
     pub fn on(face: impl Into<String>, value: impl Into<Quantity>) -> Self {
         Self {
-            name: None,
             face: face.into(),
-            corners: None,
-            disc: None,
             value: value.into(),
+            ..Self::default()
         }
     }
 }
@@ -168,13 +164,9 @@ impl Force {
     #[must_use]
     pub fn on(face: impl Into<String>, value: [impl Into<Quantity>; 3]) -> Self {
         Self {
-            name: None,
             face: face.into(),
-            corners: None,
-            disc: None,
             value: value.map(Into::into),
-            moment: Default::default(),
-            point: None,
+            ..Self::default()
         }
     }
 }

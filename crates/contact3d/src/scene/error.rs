@@ -83,6 +83,18 @@ pub struct InvalidValue {
     pub help: String,
 }
 
+impl InvalidValue {
+    /// The same of the scene at the end of a step.
+    #[must_use]
+    pub fn in_step(self, step: usize) -> Self {
+        Self {
+            key: format!("step.{step}"),
+            expected: format!("{}: {}", self.key, self.expected),
+            ..self
+        }
+    }
+}
+
 /// What to do about a formula that is not finite somewhere.
 pub(crate) const UNDEFINED: &str = "mind square roots, logarithms and divisions: sqrt(max(FORMULA, 0)) and if(x > 0, FORMULA, VALUE) are defined everywhere";
 

@@ -87,7 +87,7 @@ varies!(BodyForce: value);
 varies!(Spring: normal, tangential, tensor);
 
 /// A surface traction σν = p.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Traction {
     /// A name that steps may use.
@@ -109,7 +109,7 @@ pub struct Traction {
 }
 
 /// A pressure σν = −p ν, which pushes into the body where positive.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pressure {
     /// A name that steps may use.
@@ -132,7 +132,7 @@ pub struct Pressure {
 
 /// A force and a moment on a face in all, spread as the traction σν = a + ω × (x − x_c) with the centroid x_c of the loaded part: uniform
 /// where the force acts there and there is no moment.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Force {
     /// A name that steps may use.

@@ -43,10 +43,7 @@ impl PaneLaws {
     /// The law whose slip bound follows the pressure, where it is the law.
     #[must_use]
     pub fn coulomb(&self) -> Option<&CoulombLaw> {
-        match &self.friction {
-            InterfaceFriction::Coulomb(law) => Some(law),
-            InterfaceFriction::Frictionless | InterfaceFriction::Tresca(_) => None,
-        }
+        self.friction.coulomb()
     }
 
     /// The admissible set of frictionless contact or of Tresca's law; with Coulomb's law that of

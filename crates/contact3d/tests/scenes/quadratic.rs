@@ -32,34 +32,13 @@ fn solved(text: &str) -> (Mesh, ContactReport) {
 fn a_quadratic_displacement_is_exact() {
     let (mesh, report) = solved(
         "title = 'quadratic'
-        [body]
-        element = 'P2'
-        [body.brick]
-        size = [2.0, 1.0, 1.0]
-        cells = [2, 1, 1]
-        [material.isotropic]
-        young_modulus = 1.0
-        poisson_ratio = 0.25
-        [[clamp]]
-        face = 'x_min'
-        components = ['x']
-        [[clamp]]
-        face = 'y_min'
-        components = ['y']
-        [[clamp]]
-        face = 'y_max'
-        components = ['y']
-        [[clamp]]
-        face = 'z_min'
-        components = ['z']
-        [[clamp]]
-        face = 'z_max'
-        components = ['z']
-        [body_force]
-        value = [-2.4, 0.0, 0.0]
-        [[traction]]
-        face = 'x_max'
-        value = [4.8, 0.0, 0.0]",
+        body = { element = 'P2', brick = { size = [2.0, 1.0, 1.0], cells = [2, 1, 1] } }
+        material.isotropic = { young_modulus = 1.0, poisson_ratio = 0.25 }
+        clamp = [{ face = 'x_min', components = ['x'] },
+                 { face = 'y_min', components = ['y'] }, { face = 'y_max', components = ['y'] },
+                 { face = 'z_min', components = ['z'] }, { face = 'z_max', components = ['z'] }]
+        body_force.value = [-2.4, 0.0, 0.0]
+        traction = [{ face = 'x_max', value = [4.8, 0.0, 0.0] }]",
     );
     for (x, u) in mesh.coordinates.iter().zip(&report.displacement) {
         let exact = [x[0] * x[0], 0.0, 0.0];
@@ -173,7 +152,7 @@ fn manufactured(element: &str, n: usize) -> [f64; 2] {
 
 #[test]
 fn smooth_solutions_converge_with_the_orders_of_the_element() {
-    for (element, cells, orders) in [("P1", [6, 12], [2.0, 1.0]), ("P2", [4, 8], [3.0, 2.0])] {
+    for (element, cells, orders) in [("P1", [4, 8], [2.0, 1.0]), ("P2", [3, 6], [3.0, 2.0])] {
         let [coarse, fine] = cells.map(|n| manufactured(element, n));
         for ((coarse, fine), order) in coarse.iter().zip(fine).zip(orders) {
             let found = (coarse / fine).log2();

@@ -9,8 +9,8 @@ use crate::{
     layout::{
         KEY_HEIGHT, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, TITLE_SIZE, axis_name,
     },
-    outline::{FacetNormals, SurfaceEdge, joined_lines, mark_lines, surface_edges},
-    panes::{edge_loops, single_edges},
+    outline::{FacetNormals, SurfaceEdge, edge_loops, joined_lines, mark_lines, surface_edges},
+    panes::single_edges,
     picture::{BodyField, ContactPicture, DrawnObstacle},
     scale::{bounds, factor_label, round_down},
     surface::{Facets, Paint, brightness, draw_facets, shaded},

@@ -105,11 +105,8 @@ impl<'a> ContactPoints<'a> {
             let nodes = self.contact.nodes_of(self.mesh, place);
             let at = |share: &[f64; 3]| {
                 let shape = self.mesh.facet_shape(share);
-                let sum = |c: usize| -> f64 {
-                    let terms = nodes.iter().zip(&shape);
-                    terms.map(|(node, shape)| nodal[*node][c] * shape).sum()
-                };
-                [sum(0) - triangle.beyond_nodes(&shape), sum(1), sum(2)]
+                let [depth, first, second] = interpolated(nodal, &nodes, &shape);
+                [depth - triangle.beyond_nodes(&shape), first, second]
             };
             shares.iter().map(at).collect()
         };
@@ -133,6 +130,12 @@ impl<'a> ContactPoints<'a> {
         let places = 0..surface.facets.len();
         places.into_par_iter().map(of_facet).collect()
     }
+}
+
+/// A field of some nodes at a place of a triangle, by its shape functions.
+pub(super) fn interpolated(field: &[[f64; 3]], nodes: &[usize], shape: &[f64]) -> [f64; 3] {
+    let terms = || nodes.iter().zip(shape);
+    std::array::from_fn(|c| terms().map(|(&n, w)| w * field[n][c]).sum())
 }
 
 /// How deep the points of a contact triangle lie in the obstacle.

@@ -203,11 +203,7 @@ pub(super) fn check_history(scene: &Scene) -> Result<(), InvalidValue> {
 /// Every step must end in a scene that a problem of one step could have.
 fn check_ends(scene: &Scene) -> Result<(), InvalidValue> {
     for (step, end) in scene.at_ends().enumerate() {
-        end?.validate().map_err(|invalid| InvalidValue {
-            key: format!("step.{step}"),
-            expected: format!("{}: {}", invalid.key, invalid.expected),
-            ..invalid
-        })?;
+        end?.validate().map_err(|invalid| invalid.in_step(step))?;
     }
     Ok(())
 }
