@@ -411,7 +411,7 @@ impl<'a> PointConditions<'a> {
                     corner.map_or(0.0, |corner| point.share[corner])
                 });
                 let [own, of_adjoint] = errors(place, &at).map(|e| in_frame(point.nodes[0], e));
-                let z = sum3(interpolated(&nodal, &point.nodes, &point.shape), of_adjoint);
+                let z = sum3(interpolated(&nodal, point.nodes, &point.shape), of_adjoint);
                 let change = law.change(sum3(point.moved(&self.moved), own));
                 let wanted = match &adjoint.over {
                     None => law.wanted,
@@ -471,7 +471,7 @@ struct FacePoint<'a> {
 impl FacePoint<'_> {
     /// (u_ν − d, u_t1, u_t2) here in m, from its values at the nodes.
     fn moved(&self, nodal: &[[f64; 3]]) -> [f64; 3] {
-        let [depth, first, second] = interpolated(nodal, &self.nodes, &self.shape);
+        let [depth, first, second] = interpolated(nodal, self.nodes, &self.shape);
         [depth - self.beyond_nodes, first, second]
     }
 }
