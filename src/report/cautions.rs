@@ -4,7 +4,7 @@ use contact3d::{
     history::StepRecord,
     mesh::extents,
     post::{PaneState, Zone},
-    scene::{Clamp, Follow, Obstacle},
+    scene::{Clamp, Follow, Obstacle, escape_control},
 };
 use units::Dimension;
 
@@ -117,7 +117,26 @@ impl SolvedRun<'_> {
             .chain(interference)
             .chain(overlap)
             .chain(slide);
-        all.chain(self.long_slips()).collect()
+        all.chain(self.far_tools())
+            .chain(self.long_slips())
+            .collect()
+    }
+
+    /// Tools whose free motions take them further than a tenth of the body's size: gaps are those of where they began.
+    fn far_tools(&self) -> impl Iterator<Item = String> {
+        let states = self.scene.tools.iter().zip(&self.report.tools).enumerate();
+        states.filter_map(|(number, (tool, state))| {
+            let free = (0..3).filter(|c| tool.is_free(*c));
+            let moved = free.map(|c| state.displacement[c].powi(2)).sum::<f64>();
+            let share = moved.sqrt() / self.mesh.extent();
+            (share > 0.1 && !self.scene.follows_tools()).then(|| {
+                format!(
+                    "the tool {} moves by {} of the body's size before it rests, and gaps are those of where it began: check its place, radius and loads",
+                    escape_control(&self.scene.tool_name(number)),
+                    percent(share)
+                )
+            })
+        })
     }
 
     /// That contact is hardly wider than panes, and what to do; `None` where panes tell how its pressure falls.

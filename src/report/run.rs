@@ -130,9 +130,12 @@ impl<'a> SolvedRun<'a> {
             (true, None) => ", a rough guess: the mesh is coarse; refine it: run ... --error 10%",
             (true, Some(_)) => ", a rough guess: the mesh is coarse",
         };
+        let told = match error < 10.0 {
+            true => format!("about {}", percent(error)),
+            false => estimated_percent(error),
+        };
         format!(
-            "about {} in the energy norm{}{caution}",
-            estimated_percent(error),
+            "{told} in the energy norm{}{caution}",
             self.in_increment(place)
         )
     }

@@ -59,7 +59,10 @@ impl SolvedRun<'_> {
         line("largest von Mises", self.largest_von_mises());
         let displacement = self.report.resultants.largest_displacement;
         let displacement = self.unit(Dimension::LENGTH).told(&[displacement]);
-        line("largest displacement", Some(displacement));
+        line(
+            "largest displacement",
+            Some(displacement + self.if_unresolved()),
+        );
         line("error of the mesh", Some(self.estimate_words()));
         let last = self.increments.last();
         line(
@@ -92,7 +95,11 @@ impl SolvedRun<'_> {
             let words = self.unit(dimension).told(&clean);
             (size(&clean) > 0.0).then(|| format!("{name} {words}{unit}"))
         });
-        told.into_iter().flatten().collect::<Vec<_>>().join(", ")
+        let words = told.into_iter().flatten().collect::<Vec<_>>().join(", ");
+        match size(&tool.displacement) > 0.0 {
+            true => words + self.if_unresolved(),
+            false => words,
+        }
     }
 
     /// The quantities of the first screen, the one that the mesh is refined for among them.
@@ -196,7 +203,12 @@ impl SolvedRun<'_> {
         });
         let slip = self.largest_slip();
         let slip = slip.map(|slip| self.unit(Dimension::LENGTH).told(&[slip]));
-        let slip = slip.map(|slip| format!("; slips by up to {slip}"));
+        let of = if self.increments.is_empty() {
+            ""
+        } else {
+            " in the last increment"
+        };
+        let slip = slip.map(|slip| format!("; slips by up to {slip}{of}"));
         share + &slip.unwrap_or_default()
     }
 
@@ -249,18 +261,21 @@ impl SolvedRun<'_> {
             return Some(self.with_error(it, unit));
         }
         let (largest, words) = (self.pane_of_largest_pressure(), self.if_unresolved());
+        let contact = self.report.discretisation_error.contact;
+        let is_near = largest.is_some() || contact.is_some_and(|it| it.penetration > 0.0);
+        let words = if is_near { words } else { "" };
         let Some(value) = self.report.value(of) else {
             let has_area = match of {
                 Functional::StickArea => self.scene.has_friction(),
                 _ => of.is_area(),
             };
             let words = words.strip_prefix(", ").filter(|_| has_area);
-            return words.filter(|_| largest.is_some()).map(str::to_owned);
+            return words.map(str::to_owned);
         };
         let is_noise = of == Functional::TangentialForce && value <= self.noise(|row| row.force);
         let told = unit.told(&[if is_noise { 0.0 } else { value }]);
         if of != Functional::LargestPressure {
-            return Some(told);
+            return Some(told + words);
         }
         let place = largest.map_or_else(String::new, |(pane, surface)| {
             let middle = surface.pane_centre(self.mesh, pane);

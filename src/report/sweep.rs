@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use contact3d::scene::escape_control;
+use contact3d::scene::{Functional, escape_control};
 use runfile::{DatasetSpec, Extent, Kind, Reader, StoreError};
 use serde_json::Value;
 use units::{Unit, Units};
 
-use crate::format::{CASES, SWEEP_LAYOUT};
+use crate::format::{CASES, SWEEP_LAYOUT, dimension_of_quantity};
 
 /// Datasets that are no figures of the cases: the keys of the settings, and the faces that cases with several have.
 const KEYS: &str = "/cases/keys";
@@ -125,9 +125,10 @@ impl SweepTable {
                     Extent::Named(part @ ("n_case_faces" | "n_case_quantities")),
                     ref rest @ ..,
                 ] => {
-                    let (parts, first) = match part {
-                        "n_case_faces" => (&faces, 0),
-                        _ => (&quantities, faces.len()),
+                    let is_quantity = part == "n_case_quantities";
+                    let (parts, first) = match is_quantity {
+                        false => (&faces, 0),
+                        true => (&quantities, faces.len()),
                     };
                     let name = spec.name().trim_start_matches("face_");
                     let columns = table.figures(reader, spec, name, rest, parts.len())?;
@@ -135,7 +136,15 @@ impl SweepTable {
                     for (k, column) in columns.into_iter().enumerate() {
                         let part = k / width;
                         let name = escape_control(&format!("{}_{}", column.name, parts[part]));
-                        of_parts[first + part].push(Column { name, ..column });
+                        let mut named = Functional::NAMED.into_iter();
+                        let of = named.find(|of| is_quantity && of.word() == parts[part]);
+                        let unit = of.map(|of| table.units.of(dimension_of_quantity(of)));
+                        let unit = unit.unwrap_or_else(|| column.unit.clone());
+                        of_parts[first + part].push(Column {
+                            name,
+                            unit,
+                            ..column
+                        });
                     }
                 }
                 _ if spec.path == SETTINGS => {

@@ -126,7 +126,12 @@ impl fmt::Display for Advice<'_> {
             mesh.name()
         )?;
         match self.discretisation_error {
-            None => f.write_str("not known")?,
+            None if mesh.estimated_error.is_nan() => f.write_str("not known")?,
+            None => write!(
+                f,
+                "about {:.1} % by the estimate alone, for no other mesh was solved",
+                100.0 * mesh.estimated_error
+            )?,
             Some(error) => {
                 let percent = 100.0 * error;
                 // Two digits are what an extrapolation tells.

@@ -131,12 +131,10 @@ impl DiscretisationStudy {
             Trend::new(&h, &values, NEGLIGIBLE_DIFFERENCE * size)
         };
         let of_quantity = |(k, of): (usize, Functional)| {
-            let trend = of_levels(&|level| level.quantities[k]);
+            let value = |level: &Level| level.quantities[k];
+            let trend = of_levels(&value);
             let grows = levels.iter().rev().find_map(|level| *level.grows.get(k)?);
-            let mut pairs = levels.windows(2);
-            let falls = pairs
-                .next_back()
-                .is_some_and(|pair| pair[1].quantities[k] <= pair[0].quantities[k]);
+            let falls = matches!(&levels[..], [.., before, last] if value(last) <= value(before));
             let is_told = of == Functional::StrainEnergy || trend.is_confirmed();
             let limit = trend.limit.filter(|_| is_told && grows.is_none());
             (
