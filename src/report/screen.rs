@@ -5,7 +5,7 @@ use std::path::Path;
 use contact3d::{
     mesh::{ContactSurface, extents},
     post::{FunctionalEstimate, StressConcentration, ToolState, Zone},
-    scene::{Functional, escape_control},
+    scene::{ElementOrder, Functional, escape_control},
 };
 use units::{Dimension, Unit};
 
@@ -328,7 +328,9 @@ impl SolvedRun<'_> {
         let grows = grows.or(unbounded.map(|_| StressConcentration::Contact));
         let edge = grows.map(edge_words);
         // A mesh for the energy norm may leave a peak far behind.
-        let is_behind = it.functional == Functional::LargestPressure && it.relative() > 0.25;
+        let is_behind = it.functional == Functional::LargestPressure
+            && it.relative() > 0.25
+            && self.scene.element() == ElementOrder::P2;
         let of_energy = self.scene.adapt.filter(|adapt| adapt.of.is_none());
         let more = match is_behind && edge.is_none() && of_energy.is_some() {
             true => "; --quantity largest_pressure refines for it",

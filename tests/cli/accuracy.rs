@@ -4,14 +4,13 @@ use serde_json::Value;
 
 use crate::program::{Program, SMALL, pipeline};
 
-const SMALLER: [&str; 2] = ["--set", "body.brick.cells=[6,2,2]"];
-const MESHES: [&str; 6] = ["--coarsest", "1", "--finest", "4", "--budget", "60"];
+const MESHES: [&str; 6] = ["--coarsest", "2", "--finest", "8", "--budget", "40"];
 
 fn accuracy(program: &Program, more: &[&str]) -> assert_cmd::Command {
     let scene = pipeline("newton.toml");
     let scene = scene.to_str().expect("plain path");
     let mut command = program.command(&["accuracy", scene, "run.h5"]);
-    command.args(SMALLER).args(MESHES).args(more);
+    command.args(SMALL).args(MESHES).args(more);
     command
 }
 
@@ -20,15 +19,18 @@ fn both_studies_are_stored_drawn_printed_and_advised_on() {
     let program = Program::new();
     let done = accuracy(&program, &[]).assert().success();
     let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
-    assert!(text.starts_with("At this mesh (6 x 2 x 2 cells)"), "{text}");
+    assert!(
+        text.starts_with("At this mesh (12 x 4 x 4 cells)"),
+        "{text}"
+    );
     assert!(text.contains("Discretisation error") && !text.contains("Algebraic error"));
     assert!(text.trim_end().ends_with("--json list them"), "{text}");
     // The small meshes come first, so a first figure does too.
     let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
     let [small, solves, large] = [
-        "3 x 1 x 1 cells: ",
+        "6 x 2 x 2 cells: ",
         "reference solved",
-        "12 x 4 x 4 cells: ",
+        "24 x 8 x 8 cells: ",
     ]
     .map(|words| {
         said.find(words)

@@ -4,7 +4,7 @@
 //! directions that either side holds (M. Williams, J. Appl. Mech. 19 (1952) 526). It is below 1
 //!
 //! * for ω > 180° where both sides hold the same,
-//! * for ω > arccos √ν where one side holds all directions across the edge and the other one none,
+//! * for ω > arccos √ν where one side holds all directions across the edge and the other one none, and for equality if that is loaded,
 //! * for ω > 90° where they differ otherwise: the body and its mirror image at the side make an edge of 2ω.
 //!
 //! Springs hold a direction as clamps do where one side of a triangle of the body is softer than they are. Where the part τ of a traction
@@ -126,6 +126,18 @@ impl<'a> Concentrations<'a> {
         let material = MaterialField::new(solved.scene, mesh);
         let compliances = material.compliances();
         let behind = mesh.behind(0..mesh.facets.len());
+        let mut loaded = vec![false; mesh.facets.len()];
+        let loads = solved.scene.face_loads();
+        let loads = loads.filter_map(|load| SurfaceLoad::new(load, mesh).ok());
+        let sides =
+            loads.flat_map(|load| load.sides.iter().map(|side| side.facet).collect::<Vec<_>>());
+        let contact = solved
+            .contact
+            .iter()
+            .flat_map(|it| &it.state.surface.facets);
+        sides
+            .chain(contact.copied())
+            .for_each(|facet| loaded[facet] = true);
         let of_side = |facet: usize| compliances[material.region(joints[&facet].0)];
         for edge in edges {
             let Some((whole, joined)) = edge.with_other_body(mesh, &joints, edges) else {
@@ -133,7 +145,8 @@ impl<'a> Concentrations<'a> {
             };
             let ratio = material.poisson_ratio(behind[edge.sides[0].0]);
             let is_singular = |held: &[Matrix3<f64>]| {
-                whole.is_singular(whole.sides.map(|(facet, _)| held[facet]), ratio)
+                let is_loaded = whole.sides.iter().any(|(facet, _)| loaded[*facet]);
+                whole.is_singular(whole.sides.map(|(facet, _)| held[facet]), ratio, is_loaded)
             };
             let differ = |[own, other]: [usize; 2]| of_side(own) != of_side(other);
             let what = if joined.is_some_and(differ) {
@@ -296,7 +309,7 @@ impl Edge {
     }
 
     /// Whether stress has no bound there since the triangles hold these other directions than each other.
-    fn is_singular(&self, held: [Matrix3<f64>; 2], poisson_ratio: f64) -> bool {
+    fn is_singular(&self, held: [Matrix3<f64>; 2], poisson_ratio: f64, is_loaded: bool) -> bool {
         // Projections onto different axes differ by one at least.
         if (held[0] - held[1]).norm() < 0.5 {
             return false;
@@ -307,8 +320,13 @@ impl Edge {
             across.iter().filter(|value| **value > 0.5).count()
         });
         let is_clamp = n_across.contains(&2) && n_across.contains(&0);
-        // Rounding of an angle of 90° is none.
-        let of_clamp = poisson_ratio.max(0.0).sqrt().acos().to_degrees() + 1e-6;
+        // A load makes it logarithmic there; rounding of an angle of 90° is none.
+        let of_clamp = poisson_ratio.max(0.0).sqrt().acos().to_degrees();
+        let of_clamp = if is_loaded {
+            of_clamp - 1e-6
+        } else {
+            of_clamp + 1e-6
+        };
         self.angle
             > if is_clamp {
                 of_clamp

@@ -64,7 +64,7 @@ pub(super) fn largest_pressure(
         functional: Functional::LargestPressure,
         value: largest,
         signed_error: bar,
-        range: [largest - below, largest + bar],
+        range: [(largest - below).max(0.0), largest + bar],
         corners: Some(box_of(solved, contact, highest)),
         kinks: 0,
         indicator: Vec::new(),

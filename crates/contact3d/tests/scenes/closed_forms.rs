@@ -426,9 +426,12 @@ fn what_changes_along_the_surface_concentrates_stress() {
         assert_eq!(found.concentration, expected, "{rest} {found:?}");
         assert_eq!(found.error.is_infinite(), expected.is_some());
     }
-    // arccos √0 is the angle of the edge.
-    let found = largest_of(0.0, [4, 4, 2], &across("['x', 'y', 'z']"));
-    assert_eq!(found.concentration, None, "{found:?}");
+    // arccos √0 is the angle of the edge: a clamp does nothing beside a free side, and a load there makes a logarithm.
+    let pulled = format!("clamp = [{{ face = 'x_min' }}]\n{pulled}");
+    for (rest, expected) in [(pulled, None), (across("['x', 'y', 'z']"), Some(Clamp))] {
+        let found = largest_of(0.0, [4, 4, 2], &rest);
+        assert_eq!(found.concentration, expected, "{found:?}");
+    }
     // Under a rigid flat strip pressure goes as the root of the distance from its edge: √2 with each halving, less what is smooth.
     let growth = largest([16, 4, 8], &strip_held).value / largest([8, 2, 4], &strip_held).value;
     assert!((1.25..1.5).contains(&growth), "{growth}");

@@ -43,11 +43,26 @@ fn bricks() -> [Brick; 2] {
 /// A block under a roof that a pressure of 2 on one side squeezes against rollers and a smooth foundation, with
 /// E = 100 and ν = 0.25: σ_xx = −2, σ_yy = 0, and σ_zz = −0.5 since ε_zz = 0.
 const PRESSED: &str = "title = 'pressed'
-    body.brick = { size = [2.0, 1.0, 1.0], cells = [4, 4, 2] }
-    material.isotropic = { young_modulus = 100.0, poisson_ratio = 0.25 }
-    clamp = [{ face = 'x_min', components = ['x'] }, { face = 'y_min', components = ['y'] }, { face = 'z_max', components = ['z'] }]
-    pressure = [{ face = 'x_max', value = 2.0 }]
-    contact.face = 'z_min'";
+    [body.brick]
+    size = [2.0, 1.0, 1.0]
+    cells = [4, 4, 2]
+    [material.isotropic]
+    young_modulus = 100.0
+    poisson_ratio = 0.25
+    [[clamp]]
+    face = 'x_min'
+    components = ['x']
+    [[clamp]]
+    face = 'y_min'
+    components = ['y']
+    [[clamp]]
+    face = 'z_max'
+    components = ['z']
+    [[pressure]]
+    face = 'x_max'
+    value = 2.0
+    [contact]
+    face = 'z_min'";
 
 #[test]
 fn constant_stresses_are_exact_on_graded_cells() {

@@ -77,7 +77,7 @@ pub struct Trend {
     /// Limit of the last two levels at the last order; `None` without it, of what grows, and of a quantity other than energy whose
     /// order before was another one.
     pub limit: Option<f64>,
-    /// Where it grows with every finer mesh, as the finest level that tells so says; `None` where it falls on the last.
+    /// Where it grows with every finer mesh, as the finest level that tells so says; `None` of a pressure that falls on the last.
     pub grows: Option<StressConcentration>,
 }
 
@@ -134,7 +134,8 @@ impl DiscretisationStudy {
             let value = |level: &Level| level.quantities[k];
             let trend = of_levels(&value);
             let grows = levels.iter().rev().find_map(|level| *level.grows.get(k)?);
-            let falls = matches!(&levels[..], [.., before, last] if value(last) <= value(before));
+            let falls = of == Functional::LargestPressure
+                && matches!(&levels[..], [.., before, last] if value(last) <= value(before));
             let is_told = of == Functional::StrainEnergy || trend.is_confirmed();
             let limit = trend.limit.filter(|_| is_told && grows.is_none());
             (

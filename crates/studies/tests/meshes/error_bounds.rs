@@ -100,10 +100,24 @@ fn an_exact_answer_has_no_error() {
     let bar = r#"
         title = "hanging bar"
         body_force.value = [3e4, 0.0, 0.0]
-        body.brick = { size = [3.0, 1.0, 0.7], cells = [2, 2, 2] }
-        material.isotropic = { young_modulus = 1e9, poisson_ratio = 0.0 }
-        clamp = [{ face = "x_min", components = ["x"] }, { face = "y_min", components = ["y"] }, { face = "z_min", components = ["z"] }]
-        traction = [{ face = "x_max", value = [1e5, 0.0, 0.0] }]
+        [body.brick]
+        size = [3.0, 1.0, 0.7]
+        cells = [2, 2, 2]
+        [material.isotropic]
+        young_modulus = 1e9
+        poisson_ratio = 0.0
+        [[clamp]]
+        face = "x_min"
+        components = ["x"]
+        [[clamp]]
+        face = "y_min"
+        components = ["y"]
+        [[clamp]]
+        face = "z_min"
+        components = ["z"]
+        [[traction]]
+        face = "x_max"
+        value = [1e5, 0.0, 0.0]
     "#;
     let bound = solved(bar, "P2", [3, 2, 4]);
     let bound = bound.bound();
