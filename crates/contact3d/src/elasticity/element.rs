@@ -329,25 +329,14 @@ impl<'a> MaterialField<'a> {
     }
 
     /// E/(1 − ν²) of a tetrahedron in Pa, by which a half-space resists what presses on it; of an anisotropic material that of the mean
-    /// over all directions.
+    /// over all directions (W. Voigt).
     pub(crate) fn plane_strain_modulus(&self, tetrahedron: usize) -> f64 {
-        let [bulk, shear] = self.mean_moduli(tetrahedron);
-        4.0 * shear * (3.0 * bulk + shear) / (3.0 * bulk + 4.0 * shear)
-    }
-
-    /// ν of a tetrahedron; of an anisotropic material that of the mean over all directions.
-    pub(crate) fn poisson_ratio(&self, tetrahedron: usize) -> f64 {
-        let [bulk, shear] = self.mean_moduli(tetrahedron);
-        (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear)
-    }
-
-    /// Bulk and shear modulus in Pa of the mean over all directions (W. Voigt).
-    fn mean_moduli(&self, tetrahedron: usize) -> [f64; 2] {
         let c = self.tensor(tetrahedron);
         let direct = c[(0, 0)] + c[(1, 1)] + c[(2, 2)];
         let across = c[(0, 1)] + c[(0, 2)] + c[(1, 2)];
+        let bulk = (direct + 2.0 * across) / 9.0;
         let shear = (direct - across + 3.0 * (c[(3, 3)] + c[(4, 4)] + c[(5, 5)])) / 15.0;
-        [(direct + 2.0 * across) / 9.0, shear]
+        4.0 * shear * (3.0 * bulk + shear) / (3.0 * bulk + 4.0 * shear)
     }
 
     /// Which of the materials a tetrahedron is of: 0 for the body's own.

@@ -4,7 +4,7 @@
 //! directions that either side holds (M. Williams, J. Appl. Mech. 19 (1952) 526). It is below 1
 //!
 //! * for ω > 180° where both sides hold the same,
-//! * for ω > arccos √ν where one side holds all directions across the edge and the other one none, and for equality if that is loaded,
+//! * for ω > arccos √ν, taken as 45° since a load there makes a logarithm at equality, where one side holds all directions across the edge and the other one none,
 //! * for ω > 90° where they differ otherwise: the body and its mirror image at the side make an edge of 2ω.
 //!
 //! Springs hold a direction as clamps do where one side of a triangle of the body is softer than they are. Where the part τ of a traction
@@ -125,35 +125,18 @@ impl<'a> Concentrations<'a> {
         let joints = joint_sides(solved);
         let material = MaterialField::new(solved.scene, mesh);
         let compliances = material.compliances();
-        let behind = mesh.behind(0..mesh.facets.len());
-        let mut loaded = vec![false; mesh.facets.len()];
-        let loads = solved.scene.face_loads();
-        let loads = loads.filter_map(|load| SurfaceLoad::new(load, mesh).ok());
-        let sides =
-            loads.flat_map(|load| load.sides.iter().map(|side| side.facet).collect::<Vec<_>>());
-        let contact = solved
-            .contact
-            .iter()
-            .flat_map(|it| &it.state.surface.facets);
-        sides
-            .chain(contact.copied())
-            .for_each(|facet| loaded[facet] = true);
         let of_side = |facet: usize| compliances[material.region(joints[&facet].0)];
         for edge in edges {
             let Some((whole, joined)) = edge.with_other_body(mesh, &joints, edges) else {
                 continue;
             };
-            let ratio = material.poisson_ratio(behind[edge.sides[0].0]);
-            let is_singular = |held: &[Matrix3<f64>]| {
-                let is_loaded = whole.sides.iter().any(|(facet, _)| loaded[*facet]);
-                whole.is_singular(whole.sides.map(|(facet, _)| held[facet]), ratio, is_loaded)
-            };
+            let of = |held: &[Matrix3<f64>]| whole.sides.map(|(facet, _)| held[facet]);
             let differ = |[own, other]: [usize; 2]| of_side(own) != of_side(other);
             let what = if joined.is_some_and(differ) {
                 StressConcentration::Materials
-            } else if is_singular(&self.clamped) {
+            } else if whole.is_singular(of(&self.clamped)) {
                 StressConcentration::Clamp
-            } else if is_singular(&held) {
+            } else if whole.is_singular(of(&held)) {
                 StressConcentration::Springs
             } else if whole.angle >= 180.0 + EDGE {
                 StressConcentration::Notch
@@ -309,7 +292,7 @@ impl Edge {
     }
 
     /// Whether stress has no bound there since the triangles hold these other directions than each other.
-    fn is_singular(&self, held: [Matrix3<f64>; 2], poisson_ratio: f64, is_loaded: bool) -> bool {
+    fn is_singular(&self, held: [Matrix3<f64>; 2]) -> bool {
         // Projections onto different axes differ by one at least.
         if (held[0] - held[1]).norm() < 0.5 {
             return false;
@@ -320,19 +303,7 @@ impl Edge {
             across.iter().filter(|value| **value > 0.5).count()
         });
         let is_clamp = n_across.contains(&2) && n_across.contains(&0);
-        // A load makes it logarithmic there; rounding of an angle of 90° is none.
-        let of_clamp = poisson_ratio.max(0.0).sqrt().acos().to_degrees();
-        let of_clamp = if is_loaded {
-            of_clamp - 1e-6
-        } else {
-            of_clamp + 1e-6
-        };
-        self.angle
-            > if is_clamp {
-                of_clamp
-            } else {
-                90.0 + EDGE / 2.0
-            }
+        self.angle > if is_clamp { 45.0 } else { 90.0 + EDGE / 2.0 }
     }
 }
 

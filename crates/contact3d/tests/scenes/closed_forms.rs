@@ -359,16 +359,15 @@ fn concentrations_of_stress_have_their_names() {
 #[test]
 fn what_changes_along_the_surface_concentrates_stress() {
     use StressConcentration::{Clamp, Shear, Springs};
-    let largest_of = |ratio: f64, cells: [usize; 3], rest: &str| {
+    let largest = |cells: [usize; 3], rest: &str| {
         let text = format!(
             "title = 'change'
              body.brick = {{ size = [2, 2, 1], cells = {cells:?} }}
-             material.isotropic = {{ young_modulus = 2e11, poisson_ratio = {ratio} }}
+             material.isotropic = {{ young_modulus = 2e11, poisson_ratio = 0.3 }}
              {rest}"
         );
         report(&text, None).largest_von_mises
     };
-    let largest = |cells, rest: &str| largest_of(0.3, cells, rest);
     let strip = "box = [[0.5, 0, 0], [1.5, 2, 0]]";
     let top = "box = [[0.5, 0.5, 1], [1.5, 1.5, 1]]";
     let rests = "{ face = 'x_min', components = ['x'] }, { face = 'y_min', components = ['y'] }";
@@ -425,12 +424,6 @@ fn what_changes_along_the_surface_concentrates_stress() {
         let found = largest([4, 4, 2], &rest);
         assert_eq!(found.concentration, expected, "{rest} {found:?}");
         assert_eq!(found.error.is_infinite(), expected.is_some());
-    }
-    // arccos √0 is the angle of the edge: a clamp does nothing beside a free side, and a load there makes a logarithm.
-    let pulled = format!("clamp = [{{ face = 'x_min' }}]\n{pulled}");
-    for (rest, expected) in [(pulled, None), (across("['x', 'y', 'z']"), Some(Clamp))] {
-        let found = largest_of(0.0, [4, 4, 2], &rest);
-        assert_eq!(found.concentration, expected, "{found:?}");
     }
     // Under a rigid flat strip pressure goes as the root of the distance from its edge: √2 with each halving, less what is smooth.
     let growth = largest([16, 4, 8], &strip_held).value / largest([8, 2, 4], &strip_held).value;
