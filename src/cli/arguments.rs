@@ -198,7 +198,7 @@ pub struct RunArguments {
     /// Refine it for a quantity instead, relative to its value: normal_force, tangential_force, strain_energy,
     /// peak_displacement, largest_pressure, largest_von_mises, contact_area, stick_area, or a table of TOML as
     /// '{ mean_pressure = { box = [[0, 0, 0], [1, 1, 0]] } }'
-    #[arg(long, alias = "of", value_name = "QUANTITY")]
+    #[arg(long, value_name = "QUANTITY")]
     pub(super) quantity: Option<String>,
     /// Start no mesh that is forecast to end later than this many seconds after the command began
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
