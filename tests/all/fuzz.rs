@@ -238,7 +238,7 @@ fn the_corpus_of_laws_is_evaluated_or_refused() {
 }
 
 proptest! {
-    #![proptest_config(cases(4_000))]
+    #![proptest_config(cases(10_000))]
 
     #[test]
     fn damaged_scenes_do_not_panic(which in any::<Index>(), changes in prop::collection::vec(any_change(), 1..4)) {

@@ -13,12 +13,8 @@
 
 use crate::support::{Implicit, hkl_scene};
 use contact3d::{
-    Problem,
     post::Zone,
-    scene::{
-        DualOperatorKind, Method,
-        PrecisionControl::{Adaptive, Fixed},
-    },
+    scene::PrecisionControl::{Adaptive, Fixed},
     solver::StopReason,
 };
 use rayon::prelude::*;
@@ -93,14 +89,11 @@ fn converged_values_at_n_div_8() {
     let mut scene = hkl_scene(1, 8);
     scene.solve.precision = Fixed;
     scene.solve.epsilon = Some(1e-8);
-    scene.solve.method = Method::FixedPoint;
-    scene.assemble.dual_operator = DualOperatorKind::Explicit;
-    let problem = Problem::new(scene).and_then(Problem::assemble);
-    let problem = problem.expect("a problem");
-    let (solution, report) = problem
-        .solve_and_report(&problem.scene().solve)
-        .expect("a solve");
-    assert!(solution.status.is_solved());
+    let problem = Implicit::new(&scene);
+    let found = problem.solve(&scene);
+    assert_eq!(found.stop, StopReason::Converged);
+    let solution = found.solution;
+    let report = problem.report(&scene, &solution);
     let r = &report.resultants;
     let contact = r.contact.expect("contact");
     let tangential = contact.tangential_force.expect("friction");
