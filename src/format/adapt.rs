@@ -10,7 +10,7 @@ use units::Dimension;
 use super::{
     FormatError, Stage,
     fields::{Fields, fields, read_finite, read_if_there, read_value, write_value},
-    stored::{Stored, stored_as, word},
+    stored::{Stored, stored_as},
 };
 
 /// The levels of an adaptive mesh.
@@ -113,11 +113,6 @@ pub fn read(reader: &Reader) -> Result<(Adaptation, AdaptiveStatus), FormatError
 /// How the levels stand; `None` in a file without any.
 pub fn read_status(reader: &Reader) -> Result<Option<AdaptiveStatus>, FormatError> {
     read_if_there(reader, STATUS)
-}
-
-/// A word for how the levels stand.
-pub fn adaptive_status_word(status: AdaptiveStatus) -> &'static str {
-    word(&status)
 }
 
 /// Consecutive parts of some lengths.

@@ -28,9 +28,7 @@ use thiserror::Error;
 pub use accuracy::{
     GROUP as ACCURACY, read as read_accuracy, read_advice, write as write_accuracy,
 };
-pub use adapt::{
-    GROUP as ADAPT, adaptive_status_word, read as read_adaptation, write as write_adaptation,
-};
+pub use adapt::{GROUP as ADAPT, read as read_adaptation, write as write_adaptation};
 pub use assemble::{
     read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
     write as write_assembly,

@@ -17,7 +17,7 @@ use super::{
     extents::{self, length},
     fields::{Condition, Fields, fields, read_as, read_value, rows, write_value},
     increments,
-    stored::{stored_as, word},
+    stored::stored_as,
 };
 
 /// Multipliers, displacement and history.
@@ -300,7 +300,7 @@ pub fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
     let [outer, newton] = step_counts(reader)?;
     Ok(OutcomeWords {
         status: read_value(reader, STATUS)?,
-        method: word(&read_value::<SolvedBy>(reader, METHOD)?),
+        method: read_value::<SolvedBy>(reader, METHOD)?.word(),
         counts: [outer, newton, read_value(reader, APPLICATIONS)?],
         accuracy: read_value(reader, ACCURACY)?,
         increments: increments::n_increments(reader)?,

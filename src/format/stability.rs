@@ -27,12 +27,12 @@ stored_as! {
 }
 
 stored_as! {
-    /// How a case came out, as stored; `None` for one without a discrete problem.
-    StoredLevel of Option<VerdictLevel> as "verdict" {
-        Pass = 0 => "pass" is (Some(VerdictLevel::Pass)),
-        Limited = 1 => "limited" is (Some(VerdictLevel::Limited)),
-        Fail = 2 => "fail" is (Some(VerdictLevel::Fail)),
-        Refused = 3 => "refused" is (None),
+    /// How a case came out, as stored.
+    StoredLevel of VerdictLevel as "verdict" {
+        Pass = 0 => "pass",
+        Limited = 1 => "limited",
+        Fail = 2 => "fail",
+        Refused = 3 => "refused",
     }
 }
 
@@ -114,10 +114,7 @@ impl StabilityRow {
     /// The verdict as a word; `refused` without a discrete problem.
     #[must_use]
     pub fn word(&self) -> &'static str {
-        match &self.outcome {
-            Ok(check) => check.verdict().level.word(),
-            Err(_) => "refused",
-        }
+        self.level().word()
     }
 
     /// What is to be said about the verdict.
@@ -129,9 +126,9 @@ impl StabilityRow {
         }
     }
 
-    fn level(&self) -> Option<VerdictLevel> {
-        let check = self.outcome.as_ref().ok();
-        check.map(|check| check.verdict().level)
+    fn level(&self) -> VerdictLevel {
+        let check = self.outcome.as_ref();
+        check.map_or(VerdictLevel::Refused, |check| check.verdict().level)
     }
 }
 

@@ -126,16 +126,6 @@ impl<E: StoredEnum> Item for Member<E> {
     }
 }
 
-/// The name of a member of an enumeration in the file.
-pub(super) fn word<E: StoredEnum, V: Stored<Item = Member<E>>>(value: &V) -> &'static str {
-    let mut items = Vec::new();
-    value.flatten(&mut items);
-    let code = items.first().map(|item| item.0.code());
-    let mut members = E::SPEC.members.iter();
-    let found = members.find(|(_, member)| Some(*member) == code);
-    found.map_or("", |(name, _)| name)
-}
-
 /// Single values: the item that stands for each, what an item means, and what stands for none.
 macro_rules! scalars {
     ($($value:ty as $item:ty: $to:expr, $from:expr, $absent:expr;)+) => {$(
@@ -246,8 +236,7 @@ impl<V> Absent for Option<V> {
     }
 }
 
-/// Declares how an enumeration of the mechanics is stored: the name and code of each member, and its meaning in parentheses where
-/// that is not the member of the same name.
+/// Declares how an enumeration of the mechanics is stored: the name and code of each member.
 ///
 /// Both maps name every member of both, so that a member without a code does not compile; a code
 /// without a member is an error of the reader.
@@ -255,7 +244,7 @@ macro_rules! stored_as {
     (
         $(#[$meta:meta])*
         $stored:ident of $meaning:ty as $label:literal {
-            $($member:ident = $code:literal => $text:literal $(is $value:tt)?),+ $(,)?
+            $($member:ident = $code:literal => $text:literal),+ $(,)?
         }
     ) => {
         runfile::stored_enum! {
@@ -270,27 +259,17 @@ macro_rules! stored_as {
 
             fn flatten(&self, items: &mut Vec<Self::Item>) {
                 items.push($crate::format::stored::Member(match *self {
-                    $($crate::format::stored::member!([$meaning] $member $($value)?) => $stored::$member),+
+                    $(<$meaning>::$member => $stored::$member),+
                 }));
             }
 
             fn take(items: &mut dyn Iterator<Item = Self::Item>, _: &[usize]) -> Self {
                 match items.next().expect("as many items as the shape says").0 {
-                    $($stored::$member => $crate::format::stored::member!([$meaning] $member $($value)?)),+
+                    $($stored::$member => <$meaning>::$member),+
                 }
             }
         }
     };
 }
 
-/// A member of an enumeration as a pattern and as a value.
-macro_rules! member {
-    ([$meaning:ty] $member:ident) => {
-        <$meaning>::$member
-    };
-    ([$meaning:ty] $member:ident ($($value:tt)+)) => {
-        $($value)+
-    };
-}
-
-pub(super) use {member, stored_as};
+pub(super) use stored_as;

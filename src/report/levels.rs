@@ -15,7 +15,7 @@ use super::{
     estimated_percent, percent,
     run::tools_json,
 };
-use crate::format::{adaptive_status_word, dimension_of_quantity as dimension};
+use crate::format::dimension_of_quantity as dimension;
 
 /// A time that shares of steps add up to, with four digits.
 pub fn shown_time(time: f64) -> String {
@@ -280,7 +280,7 @@ pub fn adaptation_json(scene: &Scene, adapted: &RefinedLevels, target: f64) -> V
     json!({
         "target_error": target,
         "of": scene.adapt.and_then(|adapt| adapt.of).map(|of| of.word()),
-        "status": adaptive_status_word(adapted.status),
+        "status": adapted.status.word(),
         "level": adapted.level,
         "levels": adaptation_table(scene, &adapted.adaptation, target).json(),
     })

@@ -15,9 +15,7 @@ use super::{
     plan::{UNITS_KEY, as_json},
 };
 use crate::{
-    format::{
-        self, CaseRow, LAYOUT, SWEEP_LAYOUT, adaptive_status_word, get_key, scene_table_of_text,
-    },
+    format::{self, CaseRow, LAYOUT, SWEEP_LAYOUT, get_key, scene_table_of_text},
     output::{self, OutputFile, OutputKind},
     report::{SweepTable, failure},
 };
@@ -46,7 +44,7 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<Vec<(usize, String)>, StageEr
         let target = results
             .adaptation
             .filter(|status| *status != AdaptiveStatus::Met)?;
-        Some((number, adaptive_status_word(target).to_owned()))
+        Some((number, target.word().to_owned()))
     });
     Ok(not_converged.collect())
 }

@@ -26,25 +26,26 @@ pub struct AdaptiveLevel {
     pub seconds: f64,
 }
 
-/// How an adaptive computation ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AdaptiveStatus {
-    /// There are levels to come.
-    Refining,
-    /// The estimate meets the target.
-    Met,
-    /// A level did not converge.
-    NotConverged,
-    /// The next level does not fit into memory or on the disk.
-    TooLarge,
-    /// Cutting makes the estimate no smaller.
-    Stalled,
-    /// The largest pressure or stress has no limit, as at a sharp edge: it grew from level to level.
-    Unbounded,
-    /// The quantity that the mesh is refined for became zero, or has no estimate on the next level.
-    NotEstimated,
-    /// The next level is forecast to end later than allowed.
-    OverBudget,
+units::worded! {
+    /// How an adaptive computation ended.
+    pub enum AdaptiveStatus {
+        /// There are levels to come.
+        Refining = "refining",
+        /// The estimate meets the target.
+        Met = "met",
+        /// A level did not converge.
+        NotConverged = "not_converged",
+        /// The next level does not fit into memory or on the disk.
+        TooLarge = "too_large",
+        /// Cutting makes the estimate no smaller.
+        Stalled = "stalled",
+        /// The largest pressure or stress has no limit, as at a sharp edge: it grew from level to level.
+        Unbounded = "unbounded",
+        /// The quantity that the mesh is refined for became zero, or has no estimate on the next level.
+        NotEstimated = "not_estimated",
+        /// The next level is forecast to end later than allowed.
+        OverBudget = "over_budget",
+    }
 }
 
 /// Levels that are done, with what the next one is made of.

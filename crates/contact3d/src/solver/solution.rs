@@ -93,18 +93,20 @@ impl Status {
     }
 }
 
-/// Which algorithm gave the solution.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum SolvedBy {
-    /// Successive approximations.
-    FixedPoint,
-    /// Semismooth Newton.
-    Newton,
-    /// One minimisation, for frictionless contact and given slip bounds.
-    Minimisation,
-    /// One solve with the factor, for a body without contact.
-    #[default]
-    Direct,
+units::worded! {
+    /// Which algorithm gave the solution.
+    #[derive(Default)]
+    pub enum SolvedBy {
+        /// Successive approximations.
+        FixedPoint = "fixed_point",
+        /// Semismooth Newton.
+        Newton = "newton",
+        /// One minimisation, for frictionless contact and given slip bounds.
+        Minimisation = "minimisation",
+        /// One solve with the factor, for a body without contact.
+        #[default]
+        Direct = "direct",
+    }
 }
 
 /// The discrete solution and how it was reached.

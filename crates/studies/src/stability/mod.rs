@@ -227,6 +227,8 @@ units::worded! {
         Limited = "limited",
         /// Something was not reached and is not explained.
         Fail = "fail",
+        /// There is no discrete problem.
+        Refused = "refused",
     }
 }
 
@@ -342,9 +344,7 @@ impl Verdict {
                         cross_check.disagreement,
                     );
                 }
-                (true, VerdictLevel::Fail) => {
-                    remarks.push((VerdictLevel::Fail, described(cross_check)))
-                }
+                (true, _) => remarks.push((VerdictLevel::Fail, described(cross_check))),
             }
         }
         // Algorithms that have to agree.
