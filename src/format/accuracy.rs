@@ -19,6 +19,7 @@ use units::Dimension;
 use super::{
     FormatError, dimension_of_quantity, extents,
     fields::{Fields, each, fields, read_if_there, read_value, write_list, write_value},
+    require,
     stored::stored_as,
 };
 
@@ -182,12 +183,10 @@ fn read_discretisation(reader: &Reader) -> Result<DiscretisationStudy, FormatErr
     let quantities = words.iter().map(|word| {
         let named = Functional::NAMED.into_iter().find(|it| it.word() == word);
         let table = || word.parse::<toml::Value>().ok()?.try_into().ok();
-        named
-            .or_else(table)
-            .ok_or_else(|| FormatError::Inconsistent {
-                dataset: QUANTITY,
-                reason: format!("expected a quantity of an answer, found {word:?}"),
-            })
+        named.or_else(table).ok_or_else(|| {
+            let reason = format!("expected a quantity of an answer, found {word:?}");
+            FormatError::inconsistent(QUANTITY, reason)
+        })
     });
     let quantities = quantities.collect::<Result<Vec<Functional>, _>>()?;
     let mut levels = MESHES.read_rows(reader, Level::default)?;
@@ -198,11 +197,9 @@ fn read_discretisation(reader: &Reader) -> Result<DiscretisationStudy, FormatErr
     }
     let scene_level: usize = read_value(reader, SCENE_LEVEL)?;
     let has_all = |level: &Level| level.quantities.len() == quantities.len();
-    if scene_level < levels.len() && levels.iter().all(has_all) {
-        return Ok(DiscretisationStudy::new(scene_level, levels, quantities));
-    }
-    Err(FormatError::Inconsistent {
-        dataset: SCENE_LEVEL,
-        reason: "expected one of the levels, and of each a value of every quantity".to_owned(),
-    })
+    let fits = scene_level < levels.len() && levels.iter().all(has_all);
+    require(fits, SCENE_LEVEL, || {
+        "expected one of the levels, and of each a value of every quantity".to_owned()
+    })?;
+    Ok(DiscretisationStudy::new(scene_level, levels, quantities))
 }

@@ -1,6 +1,6 @@
 //! `/assemble`: stiffness, coupling, Cholesky factor, dense dual operator.
 
-use std::{collections::BTreeMap, fmt::Display, sync::Arc};
+use std::{collections::BTreeMap, sync::Arc};
 
 use contact3d::{
     contact::Coupling,
@@ -24,7 +24,7 @@ use units::Dimension;
 use super::{
     FormatError, Stage, as_columns, columns, extents,
     fields::{Fields, fields, read_finite, read_finite_if_there, read_value, write_value},
-    load, rows_of_transpose,
+    load, require, rows_of_transpose,
 };
 
 /// Matrices and the factor.
@@ -247,7 +247,7 @@ pub fn read(reader: &Reader, engine: Option<&str>) -> Result<DualSystem, FormatE
     } else {
         let is_single = !structure.supernode_columns.is_empty();
         let structure = FactorStructure::analyse(&primal.stiffness, structure.permutation)
-            .map_err(|error| inconsistent("/assemble/factor/permutation", &error))?;
+            .map_err(|error| FormatError::inconsistent("/assemble/factor/permutation", error))?;
         let a = primal.invertible();
         if let Some(engine) = engine {
             let no_rows = CscMatrix::empty(structure.size());
@@ -261,7 +261,7 @@ pub fn read(reader: &Reader, engine: Option<&str>) -> Result<DualSystem, FormatE
                 Precision::Double
             };
             let made = Factor::of_structure(structure, a, precision, &Work::default());
-            made.map_err(|error| inconsistent(STIFFNESS, &error))?
+            made.map_err(|error| FormatError::inconsistent(STIFFNESS, error))?
         }
     };
     let mut seconds = AssemblySeconds::default();
@@ -272,13 +272,6 @@ pub fn read(reader: &Reader, engine: Option<&str>) -> Result<DualSystem, FormatE
         seconds,
     };
     Ok(DualSystem::of(assembly, read_contact(reader)?))
-}
-
-fn inconsistent(dataset: &'static str, reason: &dyn Display) -> FormatError {
-    FormatError::Inconsistent {
-        dataset,
-        reason: reason.to_string(),
-    }
 }
 
 fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {
@@ -327,13 +320,9 @@ fn read_dense(
         .into_iter()
         .map(f64::from)
         .collect();
-    if values.iter().all(|value| value.is_finite()) {
-        return Ok(Some(values));
-    }
-    Err(FormatError::Inconsistent {
-        dataset: single,
-        reason: "expected finite numbers".into(),
-    })
+    let is_finite = values.iter().all(|value| value.is_finite());
+    require(is_finite, single, || "expected finite numbers".into())?;
+    Ok(Some(values))
 }
 
 /// Reads B alone; `None` without contact.
@@ -376,15 +365,11 @@ fn read_rigid_modes(
     }
     let modes: Vec<Vec<f64>> = read_finite(reader, RIGID_MODES)?;
     let pins: Vec<usize> = read_value(reader, RIGID_PINS)?;
-    if pins.len() != modes.len() || pins.iter().any(|pin| *pin >= stiffness.cols) {
-        return Err(FormatError::Inconsistent {
-            dataset: RIGID_PINS,
-            reason: format!(
-                "expected a free degree of freedom for each of {} modes",
-                modes.len()
-            ),
-        });
-    }
+    let fits = pins.len() == modes.len() && pins.iter().all(|pin| *pin < stiffness.cols);
+    require(fits, RIGID_PINS, || {
+        let n_modes = modes.len();
+        format!("expected a free degree of freedom for each of {n_modes} modes")
+    })?;
     let spring = read_finite(reader, RIGID_SPRING)?;
     let support = match read_finite_if_there(reader, RIGID_SUPPORT)? {
         None => None,
@@ -406,12 +391,9 @@ fn read_dofs(reader: &Reader, n_free: usize) -> Result<DofMap, FormatError> {
     }
     let mut expected = 0..n_free as i64;
     for &dof in stored.iter().filter(|dof| **dof != -1) {
-        if expected.next() != Some(dof) {
-            return Err(FormatError::Inconsistent {
-                dataset: DOFS,
-                reason: format!("expected -1 or the next of 0..{n_free}, found {dof}"),
-            });
-        }
+        require(expected.next() == Some(dof), DOFS, || {
+            format!("expected -1 or the next of 0..{n_free}, found {dof}")
+        })?;
     }
     let dof = stored
         .as_chunks::<3>()
@@ -437,12 +419,10 @@ fn read_tied(reader: &Reader, n_nodes: usize) -> Result<BTreeMap<usize, ToolPoin
     let levers: Vec<[f64; 3]> = read_finite(reader, TIED_LEVERS)?;
     let n_tools = reader.read_vec::<i64>(TOOL_DOFS)?.len() / 6;
     let is_known = |[node, tool]: &[usize; 2]| *node < n_nodes && *tool < n_tools;
-    if !nodes.iter().all(is_known) || nodes.len() != levers.len() {
-        return Err(inconsistent(
-            TIED_NODES,
-            &"expected nodes of the mesh and tools, each with a lever",
-        ));
-    }
+    let fits = nodes.iter().all(is_known) && nodes.len() == levers.len();
+    require(fits, TIED_NODES, || {
+        "expected nodes of the mesh and tools, each with a lever".into()
+    })?;
     let pairs = nodes.into_iter().zip(levers);
     Ok(pairs
         .map(|([node, tool], lever)| (node, ToolPoint { tool, lever }))

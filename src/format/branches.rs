@@ -11,7 +11,7 @@ use units::Dimension;
 use super::{
     FormatError, extents,
     fields::{Fields, fields, read_value, write_value},
-    require_below,
+    require, require_below,
     stored::stored_as,
 };
 
@@ -146,12 +146,10 @@ fn read_paths(reader: &Reader) -> Result<Vec<Path>, FormatError> {
     })?;
     let lengths: Vec<usize> = read_value(reader, N_POINTS)?;
     let points = read_points(reader)?;
-    if lengths.iter().sum::<usize>() != points.len() {
-        return Err(FormatError::Inconsistent {
-            dataset: N_POINTS,
-            reason: format!("expected {} points in all, found others", points.len()),
-        });
-    }
+    let n_points = points.len();
+    require(lengths.iter().sum::<usize>() == n_points, N_POINTS, || {
+        format!("expected {n_points} points in all, found others")
+    })?;
     let mut points = points.into_iter();
     for (path, length) in paths.iter_mut().zip(lengths) {
         path.points = points.by_ref().take(length).collect();

@@ -8,7 +8,7 @@ use runfile::{DatasetSpec, Extent, Group, GroupWriter, Presence, Reader, StoreEr
 use units::Dimension;
 
 use super::{
-    FormatError,
+    FormatError, require,
     stored::{Item, Stored},
 };
 
@@ -215,13 +215,11 @@ fn read_items<V: Stored>(
     is_finite: bool,
 ) -> Result<(Vec<V::Item>, Vec<usize>), FormatError> {
     let (items, shape) = V::Item::read(reader, path, is_finite)?;
-    if items.len() == shape.iter().product::<usize>() {
-        return Ok((items, shape));
-    }
-    Err(FormatError::Inconsistent {
-        dataset: path,
-        reason: format!("expected values of shape {shape:?}, found {}", items.len()),
-    })
+    let fits = items.len() == shape.iter().product::<usize>();
+    require(fits, path, || {
+        format!("expected values of shape {shape:?}, found {}", items.len())
+    })?;
+    Ok((items, shape))
 }
 
 /// Writes the value of a dataset that no record has.
@@ -367,12 +365,9 @@ impl<T> Fields<T> {
                 continue;
             };
             let expected = *n_rows.get_or_insert(found);
-            if found != expected {
-                return Err(FormatError::Inconsistent {
-                    dataset: field.spec.path,
-                    reason: format!("expected {expected} rows, found {found}"),
-                });
-            }
+            require(found == expected, field.spec.path, || {
+                format!("expected {expected} rows, found {found}")
+            })?;
             columns.push(next);
         }
         let record = |_| {

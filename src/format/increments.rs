@@ -16,7 +16,7 @@ use super::{
     FormatError, Stage,
     extents::{self, length},
     fields::{Condition, Fields, each, fields, put_each, write_value},
-    quantities,
+    quantities, require,
 };
 
 /// The increments of a load history that were solved.
@@ -152,16 +152,12 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<StepRecord>, FormatErr
     let mut records = INCREMENTS.read_rows(reader, StepRecord::default)?;
     let known = increments.iter().map(|increment| increment.time);
     let mut times = records.iter().map(|record| record.increment.time);
-    if records.len() > increments.len() || !known.zip(&mut times).all(|(known, time)| known == time)
-    {
-        return Err(FormatError::Inconsistent {
-            dataset: TIME,
-            reason: format!(
-                "expected the times of {} increments, found others",
-                increments.len()
-            ),
-        });
-    }
+    let n_increments = increments.len();
+    let fits =
+        records.len() <= n_increments && known.zip(&mut times).all(|(known, time)| known == time);
+    require(fits, TIME, || {
+        format!("expected the times of {n_increments} increments, found others")
+    })?;
     for (record, increment) in records.iter_mut().zip(increments) {
         record.increment = increment;
     }

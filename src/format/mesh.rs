@@ -18,7 +18,7 @@ use units::Dimension;
 use super::{
     FormatError, Stage, as_columns, columns, extents,
     fields::{Condition, Fields, fields, read_finite, read_value, write_value},
-    require_below,
+    require, require_below,
 };
 
 /// Mesh, boundary and panes.
@@ -380,12 +380,10 @@ fn read_glued(reader: &Reader, n_nodes: usize) -> Result<Vec<GluedNode>, FormatE
     let nodes: Vec<[usize; 3]> = read_value(reader, GLUED_NODES)?;
     let shares = as_columns(reader.read_matrix(GLUED_SHARES)?);
     require_below(GLUED_NODES, nodes.iter().map(|[node, ..]| node), n_nodes)?;
-    if [shares.rows, shares.cols] != [n_nodes, nodes.len()] {
-        return Err(FormatError::Inconsistent {
-            dataset: GLUED_SHARES,
-            reason: format!("expected {} columns of {n_nodes} rows", nodes.len()),
-        });
-    }
+    let fits = [shares.rows, shares.cols] == [n_nodes, nodes.len()];
+    require(fits, GLUED_SHARES, || {
+        format!("expected {} columns of {n_nodes} rows", nodes.len())
+    })?;
     let glued = nodes.into_iter().enumerate();
     let glued = glued.map(|(column, [node, entry, axes])| GluedNode {
         node,
@@ -410,12 +408,9 @@ fn read_opposite(
     require_below(OPPOSITE_PAIRS, &locals, n_contact_nodes)?;
     require_below(OPPOSITE_PAIRS, &nodes, n_nodes)?;
     let panes = read_ranges(reader, OPPOSITE_PANES, pairs.len())?;
-    if panes.len() != n_panes {
-        return Err(FormatError::Inconsistent {
-            dataset: OPPOSITE_PANES,
-            reason: format!("expected {n_panes} panes, found {}", panes.len()),
-        });
-    }
+    require(panes.len() == n_panes, OPPOSITE_PANES, || {
+        format!("expected {n_panes} panes, found {}", panes.len())
+    })?;
     let entry = |i: usize| (pairs[i][0], pairs[i][1], integrals[i]);
     let products = panes.into_iter().map(|range| range.map(entry).collect());
     Ok(Opposite {
@@ -432,12 +427,9 @@ fn read_ranges(
 ) -> Result<Vec<Range<usize>>, FormatError> {
     let limits: Vec<usize> = read_value(reader, path)?;
     let ends = limits.first() == Some(&0) && limits.last() == Some(&size);
-    if !ends || !limits.is_sorted() {
-        return Err(FormatError::Inconsistent {
-            dataset: path,
-            reason: format!("expected increasing limits from 0 to {size}"),
-        });
-    }
+    require(ends && limits.is_sorted(), path, || {
+        format!("expected increasing limits from 0 to {size}")
+    })?;
     Ok(limits.windows(2).map(|pair| pair[0]..pair[1]).collect())
 }
 

@@ -202,19 +202,37 @@ pub enum FormatError {
     Factor(#[from] PartsError),
 }
 
+impl FormatError {
+    /// What is wrong with a dataset beside the others.
+    fn inconsistent(dataset: &'static str, reason: impl ToString) -> Self {
+        let reason = reason.to_string();
+        Self::Inconsistent { dataset, reason }
+    }
+}
+
+/// Refuses a dataset that does not fit the others, for a reason.
+fn require(
+    fits: bool,
+    dataset: &'static str,
+    reason: impl FnOnce() -> String,
+) -> Result<(), FormatError> {
+    match fits {
+        true => Ok(()),
+        false => Err(FormatError::inconsistent(dataset, reason())),
+    }
+}
+
 /// Refuses an index that is not below its bound.
 fn require_below<'a>(
     dataset: &'static str,
     indices: impl IntoIterator<Item = &'a usize>,
     bound: usize,
 ) -> Result<(), FormatError> {
-    match indices.into_iter().find(|index| **index >= bound) {
-        None => Ok(()),
-        Some(index) => Err(FormatError::Inconsistent {
-            dataset,
-            reason: format!("expected indices below {bound}, found {index}"),
-        }),
-    }
+    let beyond = indices.into_iter().find(|index| **index >= bound);
+    require(beyond.is_none(), dataset, || {
+        let found = beyond.unwrap_or(&bound);
+        format!("expected indices below {bound}, found {found}")
+    })
 }
 
 /// A compressed-column matrix as the file's matrix.

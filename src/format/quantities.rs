@@ -11,7 +11,7 @@ use units::{Dimension, Units};
 use super::{
     FormatError, extents,
     fields::{Fields, each, fields, put_each, read_if_there, write_value},
-    increments, solve,
+    increments, require, solve,
 };
 
 pub(super) const NAME: &str = "/solve/quantities/name";
@@ -120,20 +120,17 @@ pub fn read(
     let mut found = FIELDS.read_rows(reader, || unknown(Functional::NormalForce))?;
     for (it, name) in found.iter_mut().zip(&names) {
         it.functional = named(scene, name, NAME)?;
-        if it.functional.has_place() != it.corners.is_some() {
-            return Err(FormatError::Inconsistent {
-                dataset: BOX,
-                reason: format!("expected a box where {name} has a place, and none elsewhere"),
-            });
-        }
+        require(
+            it.functional.has_place() == it.corners.is_some(),
+            BOX,
+            || format!("expected a box where {name} has a place, and none elsewhere"),
+        )?;
         // Bars of what has no bound are infinite.
         let figures = [it.value, it.signed_error, it.range[0], it.range[1]];
-        if is_solved && figures.iter().any(|x| x.is_nan()) {
-            return Err(FormatError::Inconsistent {
-                dataset: RANGE,
-                reason: format!("expected a value, an error and a range of {name}, found NaN"),
-            });
-        }
+        let is_known = !figures.iter().any(|x| x.is_nan());
+        require(is_known || !is_solved, RANGE, || {
+            format!("expected a value, an error and a range of {name}, found NaN")
+        })?;
         if Some(it.functional) == wanted {
             it.indicator = read_if_there(reader, INDICATOR)?.unwrap_or_default();
         }
@@ -215,8 +212,8 @@ fn named(scene: &Scene, word: &str, dataset: &'static str) -> Result<Functional,
     let wanted = scene.adapt.and_then(|adapt| adapt.of);
     let mut known = Functional::NAMED.into_iter().chain(wanted);
     let found = known.find(|it| it.word() == word);
-    found.ok_or_else(|| FormatError::Inconsistent {
-        dataset,
-        reason: format!("expected a quantity of the scene, found {word:?}"),
+    found.ok_or_else(|| {
+        let reason = format!("expected a quantity of the scene, found {word:?}");
+        FormatError::inconsistent(dataset, reason)
     })
 }
