@@ -23,9 +23,6 @@ pub const GROUP: Group = Group::new("cases", "sweep");
 pub const SWEEP_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe sweep",
     linked_filetype: "contact3d-pipe sweep stage",
-    format_version: [2, 0],
-    creator: super::LAYOUT.creator,
-    units: super::LAYOUT.units,
     groups: &[GROUP],
     tables: &[FIELDS.rows, FACE_FIELDS.rows, QUANTITY_FIELDS.rows],
     extents: &[
@@ -43,6 +40,7 @@ pub const SWEEP_LAYOUT: Layout = Layout {
             "quantities with an error bar in some case, each name once",
         ),
     ],
+    ..super::LAYOUT
 };
 
 const SWEEP_FILE: &str = "/cases/sweep_file";

@@ -72,9 +72,6 @@ const OF_SWEEPS: &[DatasetSpec] = &[
 pub const SERIES_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe series",
     linked_filetype: "contact3d-pipe series stage",
-    format_version: [2, 0],
-    creator: super::LAYOUT.creator,
-    units: super::LAYOUT.units,
     groups: &[VTKHDF],
     tables: &[
         vtkhdf::TABLE,
@@ -85,6 +82,7 @@ pub const SERIES_LAYOUT: Layout = Layout {
         OF_SWEEPS,
     ],
     extents: extents::OF_SERIES,
+    ..super::LAYOUT
 };
 
 /// A series that is being written, step by step; its fields are written at the end.

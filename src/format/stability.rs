@@ -40,12 +40,10 @@ stored_as! {
 pub const STABILITY_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe stability",
     linked_filetype: "contact3d-pipe stability stage",
-    format_version: [2, 0],
-    creator: super::LAYOUT.creator,
-    units: super::LAYOUT.units,
     groups: &[GROUP],
     tables: &[FIELDS.rows],
     extents: &[("n_cases", "cases in the order of the suite")],
+    ..super::LAYOUT
 };
 
 const CASES: &[Extent] = &[Named("n_cases")];
