@@ -50,7 +50,7 @@ impl AtomicFile {
         remove_left_overs(target);
         let written = Self::create(target, create)?;
         write(&written.file)?;
-        Ok(written.finish(target, filetype, |path| header::open_any(path).map(drop))?)
+        Ok(written.finish(target, filetype)?)
     }
 
     /// Takes charge of a hidden file beside a place, which `make` creates.
@@ -82,12 +82,7 @@ impl AtomicFile {
     /// # Errors
     /// `Hdf5` if anything could not be written; `Io` if the disk does not take it; `Unproven`, which names `target`, if the disk
     /// gives back something else.
-    pub(super) fn finish(
-        self,
-        target: &Path,
-        filetype: &str,
-        proof: impl FnOnce(&Path) -> Result<(), StoreError>,
-    ) -> Result<WrittenFile, StoreError> {
+    pub(super) fn finish(self, target: &Path, filetype: &str) -> Result<WrittenFile, StoreError> {
         let AtomicFile {
             temporary,
             file,
@@ -96,7 +91,7 @@ impl AtomicFile {
         let path = temporary.path();
         file.close()
             .at(Place::new(path, "/"), "write the temporary file")?;
-        proof(path).map_err(|error| StoreError::Unproven {
+        header::open_any(path).map_err(|error| StoreError::Unproven {
             file: target.into(),
             reason: error.to_string(),
         })?;

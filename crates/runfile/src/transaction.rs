@@ -231,8 +231,7 @@ impl Transaction {
             join(file, place, group, &name)?;
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
-            let proof = |path: &Path| header::open_any(path).map(drop);
-            let written = part.finish(&target, layout.linked_filetype, proof)?;
+            let written = part.finish(&target, layout.linked_filetype)?;
             written.publish(&target, permissions.clone())?;
             self.linked.extend(lock_linked(&target).map(Arc::new));
             sync_folder(&self.folder).at_file(&self.folder, "sync the folder")?;
@@ -248,11 +247,7 @@ impl Transaction {
             }
             Ok::<(), StoreError>(())
         })?;
-        let written = self
-            .run_file
-            .finish(&self.target, layout.filetype, |path| {
-                header::open_any(path).map(drop)
-            })?;
+        let written = self.run_file.finish(&self.target, layout.filetype)?;
         drop(self.previous);
         written.publish(&self.target, permissions)?;
         note_commit(&self.target, held);
