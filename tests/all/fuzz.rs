@@ -191,8 +191,8 @@ fn check_law(text: &str, place: [f64; 3], slip: [f64; 2]) {
         FrictionLaw::Isotropic(coefficient.clone()),
         FrictionLaw::Orthotropic(Box::new([coefficient.clone(), coefficient])),
     ] {
-        let _ = law.evaluate(place, slip);
-        let _ = law.derivative(place, slip);
+        let _ = law.evaluate([0.0; 3], place, slip);
+        let _ = law.derivative([0.0; 3], place, slip);
     }
 }
 

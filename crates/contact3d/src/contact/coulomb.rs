@@ -89,7 +89,7 @@ impl FaceLaw {
     /// The semi-axes g F₁, g F₂ in Pa on the panes of a face with given slip bounds, whose coefficients are constant; none
     /// for other laws.
     pub(super) fn given_semi_axes(&self) -> impl Iterator<Item = [f64; 2]> {
-        let coefficients = self.law.evaluate([0.0; 3], [0.0; 2]);
+        let coefficients = self.law.evaluate([0.0; 3], [0.0; 3], [0.0; 2]);
         self.of_panes
             .iter()
             .map(move |g| coefficients.map(|f| f * g))
@@ -183,14 +183,14 @@ impl CoulombLaw {
     pub fn evaluate(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
         let (law, path, position) = self.law_at(contact_node);
-        law.evaluate_after(path, position, slip)
+        law.evaluate(path, position, slip)
     }
 
     /// ∂F_i/∂|u_tk| in 1/m at a contact node.
     #[must_use]
     pub fn derivative(&self, contact_node: usize, slip: [f64; 2]) -> [[f64; 2]; 2] {
         let (law, path, position) = self.law_at(contact_node);
-        law.derivative_after(path, position, slip)
+        law.derivative(path, position, slip)
     }
 
     /// The law at a contact node, the path slid there before, and its place.

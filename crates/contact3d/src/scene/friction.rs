@@ -101,30 +101,21 @@ impl Friction {
 }
 
 impl FrictionLaw {
-    /// (F₁, F₂) at a place in m for the slips (|u_t1|, |u_t2|) in m.
+    /// (F₁, F₂) at a place in m for the slips (|u_t1|, |u_t2|) in m. The lengths of the path that was slid before, along t₁, along t₂ and in
+    /// the plane, in m, add to |u_t1|, |u_t2| and |u_t|.
     #[must_use]
-    pub fn evaluate(&self, position: [f64; 3], slip: [f64; 2]) -> [f64; 2] {
-        self.evaluate_after([0.0; 3], position, slip)
-    }
-
-    /// As [`Self::evaluate`] where a path was slid before: its lengths along t₁, along t₂ and in the plane, in m, add to
-    /// |u_t1|, |u_t2| and |u_t|.
-    #[must_use]
-    pub fn evaluate_after(&self, path: [f64; 3], position: [f64; 3], slip: [f64; 2]) -> [f64; 2] {
+    pub fn evaluate(&self, path: [f64; 3], position: [f64; 3], slip: [f64; 2]) -> [f64; 2] {
         match self {
-            Self::Isotropic(f) => [f.evaluate(&self.point_after(path, 0, position, slip)); 2],
-            Self::Orthotropic(pair) => [0, 1]
-                .map(|axis| pair[axis].evaluate(&self.point_after(path, axis, position, slip))),
+            Self::Isotropic(f) => [f.evaluate(&self.point(path, 0, position, slip)); 2],
+            Self::Orthotropic(pair) => {
+                [0, 1].map(|axis| pair[axis].evaluate(&self.point(path, axis, position, slip)))
+            }
         }
     }
 
-    /// What coefficient 0 or 1 depends on, for the slips (|u_t1|, |u_t2|) in m.
+    /// What coefficient 0 or 1 depends on, for the slips (|u_t1|, |u_t2|) in m after a path, as in [`Self::evaluate`].
     #[must_use]
-    pub fn point(&self, axis: usize, position: [f64; 3], slip: [f64; 2]) -> LawPoint {
-        self.point_after([0.0; 3], axis, position, slip)
-    }
-
-    fn point_after(
+    pub fn point(
         &self,
         path: [f64; 3],
         axis: usize,
@@ -142,30 +133,18 @@ impl FrictionLaw {
         }
     }
 
-    /// ∂F_i/∂|u_tk| in 1/m, one-sided at kinks.
+    /// ∂F_i/∂|u_tk| in 1/m after a path, as in [`Self::evaluate`]; one-sided at kinks.
     #[must_use]
-    pub fn derivative(&self, position: [f64; 3], slip: [f64; 2]) -> [[f64; 2]; 2] {
-        self.derivative_after([0.0; 3], position, slip)
-    }
-
-    /// As [`Self::derivative`] where a path was slid before, as in [`Self::evaluate_after`].
-    #[must_use]
-    pub fn derivative_after(
-        &self,
-        path: [f64; 3],
-        position: [f64; 3],
-        slip: [f64; 2],
-    ) -> [[f64; 2]; 2] {
+    pub fn derivative(&self, path: [f64; 3], position: [f64; 3], slip: [f64; 2]) -> [[f64; 2]; 2] {
         match self {
             Self::Isotropic(f) => {
-                let derivative = f.derivative(&self.point_after(path, 0, position, slip));
+                let derivative = f.derivative(&self.point(path, 0, position, slip));
                 let own = slip[0].hypot(slip[1]);
                 let direction = slip.map(|s| if s > 0.0 { s / own } else { 0.0 });
                 [[0, 1].map(|k| derivative.own * direction[k] + derivative.pair[k]); 2]
             }
             Self::Orthotropic(pair) => [0, 1].map(|axis| {
-                let derivative =
-                    pair[axis].derivative(&self.point_after(path, axis, position, slip));
+                let derivative = pair[axis].derivative(&self.point(path, axis, position, slip));
                 let mut row = derivative.pair;
                 row[axis] += derivative.own;
                 row

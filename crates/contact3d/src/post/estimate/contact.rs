@@ -58,7 +58,7 @@ impl Law {
                 .map_or(0.0, |(_, stress)| stress.at(at))
         };
         let bound = model.bound.at(self.stress[0], of_place);
-        let coefficients = model.coefficients.evaluate(at, [0.0; 2]);
+        let coefficients = model.coefficients.evaluate([0.0; 3], at, [0.0; 2]);
         self.semi_axes = coefficients.map(|f| f * bound);
         let slope = model.bound.slope(self.stress[0]);
         self.axes_by_pressure = coefficients.map(|f| f * slope);

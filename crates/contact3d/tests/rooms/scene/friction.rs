@@ -9,8 +9,8 @@ proptest! {
     fn isotropic_derivatives_equal_differences(s1 in 0.1..2.0_f64, s2 in 0.1..2.0_f64) {
         let formula = Formula::parse("0.2 + 0.1*exp(-s)").unwrap();
         let law = FrictionLaw::Isotropic(Coefficient::Expression(formula));
-        let f = |s1: f64, s2: f64| law.evaluate([0.0; 3], [s1, s2])[0];
-        let derivative = law.derivative([0.0; 3], [s1, s2]);
+        let f = |s1: f64, s2: f64| law.evaluate([0.0; 3], [0.0; 3], [s1, s2])[0];
+        let derivative = law.derivative([0.0; 3], [0.0; 3], [s1, s2]);
         let step = 1e-6;
         // Truncation 1e-12, cancellation of numbers near 0.3 over 2e-6.
         prop_assert!((derivative[0][0] - (f(s1 + step, s2) - f(s1 - step, s2)) / (2.0 * step)).abs() < 1e-9);

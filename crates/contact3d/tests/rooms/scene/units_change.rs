@@ -30,8 +30,8 @@ fn units_are_changed_back() {
     let [own, image] =
         [&scene, &scaled].map(|scene| scene.friction_on(0).unwrap().1.law().unwrap());
     assert_eq!(
-        image.evaluate([8.0, 4.0, 8.0], [4e-5, 8e-5]),
-        own.evaluate([1.0, 0.5, 1.0], [1e-5, 2e-5])
+        image.evaluate([0.0; 3], [8.0, 4.0, 8.0], [4e-5, 8e-5]),
+        own.evaluate([0.0; 3], [1.0, 0.5, 1.0], [1e-5, 2e-5])
     );
 }
 
