@@ -24,11 +24,8 @@ use super::{
     patch::{Opening, PATCH_STEPS, Patch, positive_share},
 };
 use crate::{
-    contact::Ellipse,
-    elasticity::MaterialField,
-    mesh::{ContactSurface, Mesh, quarters_of},
-    reference::quadrature,
-    scene::{Functional, Scene},
+    contact::Ellipse, elasticity::MaterialField, mesh::quarters_of, reference::quadrature,
+    scene::Functional,
 };
 
 /// Share of a pane by which a level line may lie away.
@@ -404,11 +401,11 @@ impl<'a> Margins<'a> {
 }
 
 /// k of the materials behind each pane and opposite it in Pa/m, `[n_panes]`.
-pub(super) fn half_space_stiffness(
-    scene: &Scene,
-    mesh: &Mesh,
-    surface: &ContactSurface,
-) -> Vec<f64> {
+pub(super) fn half_space_stiffness(solved: &Solved<'_>) -> Vec<f64> {
+    let Some(contact) = &solved.contact else {
+        return Vec::new();
+    };
+    let (scene, mesh, surface) = (solved.scene, solved.mesh, contact.state.surface);
     let material = MaterialField::new(scene, mesh);
     let mut yielding = vec![0.0; surface.n_panes()];
     for (entry, face) in scene.contact_order().into_iter().zip(&surface.faces) {

@@ -121,10 +121,7 @@ pub(super) fn estimates(
         .zip(&functionals)
         .map(|(f, of)| f.field(of))
         .collect();
-    let contact = solved.contact.as_ref();
-    let stiffness = contact.map_or_else(Vec::new, |it| {
-        half_space_stiffness(solved.scene, solved.mesh, it.state.surface)
-    });
+    let stiffness = half_space_stiffness(solved);
     let (estimate, shares, inside) =
         ErrorEstimate::with_adjoints(solved, known, &borrowed, &stiffness);
     let smooth = functionals.iter().zip(shares).zip(&adjoints);

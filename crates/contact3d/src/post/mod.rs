@@ -252,9 +252,7 @@ impl ContactReport {
                     let mut found = functionals.iter().cloned();
                     let peak = found.find(|it| it.functional == Functional::LargestPressure);
                     let peak = peak.or_else(|| {
-                        let surface = solved.contact.as_ref()?.state.surface;
-                        let stiffness =
-                            areas::half_space_stiffness(solved.scene, solved.mesh, surface);
+                        let stiffness = areas::half_space_stiffness(solved);
                         peak::largest_pressure(solved, &panes, &stiffness, 0.0)
                     });
                     let stresses = (&von_mises[..], &nodal_stress[..], &internal.stress[..]);
