@@ -102,8 +102,6 @@ pub fn draw_run(
     scene: &Scene,
     results: &Results,
 ) -> Result<Vec<PathBuf>, StageError> {
-    let frame = results.interface().map(|interface| &interface.frame);
-    let (mesh, report) = (results.mesh(), &results.report);
     let Drawing::Run(endings) = drawing_of(scene) else {
         return Ok(Vec::new());
     };
@@ -114,9 +112,7 @@ pub fn draw_run(
     for (face, ending) in endings.iter().enumerate() {
         let drawn = Drawn {
             scene,
-            mesh,
-            frame,
-            report,
+            results,
             marks: &marks,
             face,
         };
@@ -149,7 +145,8 @@ pub(super) fn marks_of(scene: &Scene, results: &Results) -> Vec<BodyMark> {
 
 /// The page of the estimated error as SVG.
 pub(super) fn error_page(drawn: &Drawn<'_>) -> Picture {
-    let density = error_density(drawn.mesh, drawn.report, drawn.mesh.coordinates.len());
+    let (mesh, report) = (drawn.results.mesh(), &drawn.results.report);
+    let density = error_density(mesh, report, mesh.coordinates.len());
     drawn.body_figure(BodyField {
         title: "Estimated discretisation error per volume over its mean",
         symbol: "log10, 0: the mean",
@@ -160,12 +157,12 @@ pub(super) fn error_page(drawn: &Drawn<'_>) -> Picture {
 
 /// The page of the von Mises stress as SVG; where materials meet, of the larger one.
 pub(super) fn stress_page(drawn: &Drawn<'_>) -> Picture {
-    let nodes = MaterialNodes::new(drawn.mesh);
+    let nodes = MaterialNodes::new(drawn.results.mesh());
     drawn.body_figure(BodyField {
         title: "Von Mises stress at the nodes",
         symbol: "von Mises",
         dimension: Dimension::STRESS,
-        values: &nodes.largest(&drawn.report.von_mises),
+        values: &nodes.largest(&drawn.results.report.von_mises),
     })
 }
 
@@ -194,9 +191,7 @@ pub(super) fn error_density(mesh: &Mesh, report: &ContactReport, n_points: usize
 #[derive(Clone, Copy)]
 pub(super) struct Drawn<'a> {
     pub(super) scene: &'a Scene,
-    pub(super) mesh: &'a Mesh,
-    pub(super) frame: Option<&'a ContactFrame>,
-    pub(super) report: &'a ContactReport,
+    pub(super) results: &'a Results,
     /// What holds and loads the body.
     pub(super) marks: &'a [BodyMark],
     /// The number of the face, in the order of the multipliers.
@@ -204,6 +199,10 @@ pub(super) struct Drawn<'a> {
 }
 
 impl Drawn<'_> {
+    fn frame(&self) -> Option<&ContactFrame> {
+        self.results.interface().map(|interface| &interface.frame)
+    }
+
     /// The page of all panels as SVG.
     pub(super) fn page(&self) -> Picture {
         self.with_picture(plots::page)
@@ -211,8 +210,9 @@ impl Drawn<'_> {
 
     /// A field of the nodes on the boundary of the body.
     fn body_figure(&self, field: BodyField<'_>) -> Picture {
-        let n_faces = self.mesh.contact.as_ref().map_or(0, |it| it.faces.len());
-        let n_bodies = self.mesh.bodies.len();
+        let mesh = self.results.mesh();
+        let n_faces = mesh.contact.as_ref().map_or(0, |it| it.faces.len());
+        let n_bodies = mesh.bodies.len();
         self.with_picture(|picture| {
             let sides = match (n_faces, n_bodies) {
                 (0, _) => ["from above", "from below"],
@@ -234,9 +234,9 @@ impl Drawn<'_> {
 
     /// Whether what lies opposite, an obstacle or any of the bodies, is curved or not touched at first.
     fn is_to_scale(&self, obstacle: Option<&DrawnObstacle>) -> bool {
-        let surface = self.mesh.contact.as_ref();
+        let surface = self.results.mesh().contact.as_ref();
         let is_of_bodies = surface.is_some_and(|surface| surface.opposite.is_some());
-        let faces = self.frame.map_or(&[][..], |frame| &frame.references);
+        let faces = self.frame().map_or(&[][..], |frame| &frame.references);
         let faces = if is_of_bodies {
             faces
         } else {
@@ -259,7 +259,7 @@ impl Drawn<'_> {
 
     /// Lends the arrays of the figures.
     fn with_picture<T>(&self, draw: impl FnOnce(&ContactPicture<'_>) -> T) -> T {
-        let (mesh, report) = (self.mesh, self.report);
+        let (mesh, report) = (self.results.mesh(), &self.results.report);
         let features = self.scene.contact_features();
         let surface = mesh.contact.as_ref();
         let face = surface.and_then(|surface| Some((surface, surface.faces.get(self.face)?)));
@@ -277,7 +277,9 @@ impl Drawn<'_> {
         let friction: Option<Vec<_>> = friction.collect();
         let friction = friction.filter(|panes| !panes.is_empty());
         let mut friction = friction.map(|panes| cells.of_cells(&panes, &NO_MULTIPLIER, |p| *p));
-        let reference = self.frame.and_then(|frame| frame.references.get(self.face));
+        let reference = self
+            .frame()
+            .and_then(|frame| frame.references.get(self.face));
         let [axis_1, axis_2] =
             reference.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], |frame| frame.axes);
         // A mean normal that leans a little would shift the numbers on the axes by its part of the height.
@@ -285,13 +287,14 @@ impl Drawn<'_> {
             [Some(first), Some(second)] => [first, second],
             _ => [axis_1, axis_2],
         };
-        if let (Some(frame), Some(surface), Some(friction)) = (self.frame, surface, &mut friction) {
+        if let (Some(frame), Some(surface), Some(friction)) = (self.frame(), surface, &mut friction)
+        {
             for (state, pane) in friction.iter_mut().zip(panes) {
                 state.turn = frame.mean_turn(surface, pane);
             }
         }
         let obstacle = face.map(|(surface, face)| {
-            let tools = (self.scene, &self.report.tools[..]);
+            let tools = (self.scene, &report.tools[..]);
             obstacle_beside(mesh, surface, from_ref(face), tools)
         });
         let obstacle = obstacle.filter(|shape| !shape.points.is_empty());

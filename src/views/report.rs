@@ -116,20 +116,17 @@ fn result_sections(
     results: &Results,
     interactive: bool,
 ) -> Result<Vec<Section>, StageError> {
-    let (scene, mesh, report) = (run.scene, results.mesh(), &results.report);
+    let (scene, report) = (run.scene, &results.report);
     let table = |figures: &Figures| PagePart::Table(figures.html());
     if let Some(failure) = report.failed_check.filter(|_| report.is_broken()) {
         let failure = format!("The solve failed and nothing is drawn: {failure}.");
         let parts = vec![PagePart::Warning(failure), table(&run.figures())];
         return Ok(vec![Section::new("results", "Results", parts)]);
     }
-    let frame = results.interface().map(|interface| &interface.frame);
     let marks = picture::marks_of(scene, results);
     let drawn = |face| Drawn {
         scene,
-        mesh,
-        frame,
-        report,
+        results,
         marks: &marks,
         face,
     };
