@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use clap::ValueEnum;
+use serde_json::json;
 
 use super::{
     arguments::Output,
@@ -30,14 +31,10 @@ pub(super) fn report_page(
         kind: OutputKind::Page,
         bytes: report(input, is_interactive)?.into_bytes(),
     };
-    let bytes = page.bytes.len();
+    let bytes = page.bytes.len() as u64;
     output::write(&[page], &inputs)?;
-    if output.json {
-        let summary = serde_json::json!({ "report": path, "bytes": bytes });
-        terminal::json(&summary);
-    } else {
-        say(output, &terminal::wrote(path, bytes as u64));
-    }
+    let summary = json!({ "report": path, "bytes": bytes });
+    terminal::wrote(output, path, bytes, &summary);
     Ok(Exit::Done)
 }
 
@@ -60,20 +57,15 @@ pub(super) fn export(
     output: &Output,
 ) -> Result<Exit, StageError> {
     match kind {
-        ExportKind::Vtkhdf => grid(file, target, output),
+        ExportKind::Vtkhdf => {
+            let bytes = export_grid(file, target)?;
+            let summary = json!({ "vtkhdf": target, "bytes": bytes });
+            terminal::wrote(output, target, bytes, &summary);
+            Ok(Exit::Done)
+        }
         ExportKind::Fclib => problem(file, target, false, output),
         ExportKind::FclibGlobal => problem(file, target, true, output),
     }
-}
-
-fn grid(run_file: &Path, target: &Path, output: &Output) -> Result<Exit, StageError> {
-    let bytes = export_grid(run_file, target)?;
-    if output.json {
-        terminal::json(&serde_json::json!({ "vtkhdf": target, "bytes": bytes }));
-        return Ok(Exit::Done);
-    }
-    say(output, &terminal::wrote(target, bytes));
-    Ok(Exit::Done)
 }
 
 fn problem(
@@ -83,16 +75,17 @@ fn problem(
     output: &Output,
 ) -> Result<Exit, StageError> {
     let exported = write_problem(run_file, target, global)?;
+    let summary = json!({
+        "fclib": target,
+        "form": if global { "global" } else { "local" },
+        "contacts": exported.contacts,
+        "unknowns": exported.unknowns,
+        "mu": exported.mu,
+        "error": exported.error,
+        "bytes": exported.bytes,
+    });
+    terminal::wrote(output, target, exported.bytes as u64, &summary);
     if output.json {
-        terminal::json(&serde_json::json!({
-            "fclib": target,
-            "form": if global { "global" } else { "local" },
-            "contacts": exported.contacts,
-            "unknowns": exported.unknowns,
-            "mu": exported.mu,
-            "error": exported.error,
-            "bytes": exported.bytes,
-        }));
         return Ok(Exit::Done);
     }
     // As many digits as anyone measures; means of coefficients end in 0.30000000000000004.
@@ -100,7 +93,6 @@ fn problem(
         .mu
         .map(|mu| format!("{mu:.5e}").parse().unwrap_or(mu));
     let contacts = exported.contacts;
-    say(output, &terminal::wrote(target, exported.bytes as u64));
     let mu = format!("mu {least} to {most}");
     if let Some(unknowns) = exported.unknowns {
         let words = format!("global problem: {contacts} contacts, {unknowns} unknowns, {mu}");

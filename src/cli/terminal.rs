@@ -83,10 +83,16 @@ pub(super) fn say_files(output: &Output, kind: &str, files: &[PathBuf], folder: 
     );
 }
 
-/// The words for a file that a command has written.
-pub(super) fn wrote(file: &Path, bytes: u64) -> String {
+/// What a command has written: for programs as they know it, or the file and its size.
+pub(super) fn wrote(output: &Output, file: &Path, bytes: u64, for_programs: &serde_json::Value) {
+    if output.json {
+        return json(for_programs);
+    }
     let megabytes = bytes as f64 / 1e6;
-    format!("wrote {} ({megabytes:.2} MB)", file.display())
+    say(
+        output,
+        &format!("wrote {} ({megabytes:.2} MB)", file.display()),
+    );
 }
 
 /// Lines about what is allowed and probably not meant, on standard error.
