@@ -42,7 +42,7 @@ pub fn draw_laws<'a>(
 /// node nearest to the middle.
 fn chart(law: &FaceLaw, title: &str, extent: f64, units: Units) -> Chart {
     let coefficients = law.coefficients();
-    let place = middle_node(law.positions());
+    let place = middle_node(&law.positions);
     let value = |axis: usize, slip: f64| {
         let slips = [0, 1].map(|k| if k == axis { slip } else { 0.0 });
         coefficients[axis].evaluate(&law.law().point([0.0; 3], axis, place, slips))

@@ -37,11 +37,11 @@ pub struct FaceLaw {
     pub(super) key: String,
     law: FrictionLaw,
     /// Contact nodes, `[n_contact_nodes]` of the face, in m.
-    positions: Vec<[f64; 3]>,
+    pub positions: Vec<[f64; 3]>,
     /// The first of them among all contact nodes.
     first_node: usize,
     /// The panes of the face.
-    panes: Range<usize>,
+    pub(crate) panes: Range<usize>,
     /// The slip bound g as a function of the pressure.
     pub(super) bound: SlipBound,
     /// Means of its place-dependent stress in Pa over the panes of the face; empty where it has none.
@@ -107,20 +107,9 @@ impl FaceLaw {
         self.law.coefficients()
     }
 
-    /// The panes of the face.
-    pub(crate) fn panes(&self) -> Range<usize> {
-        self.panes.clone()
-    }
-
     /// The contact nodes of the face among all of them.
     pub(crate) fn nodes(&self) -> Range<usize> {
         self.first_node..self.first_node + self.positions.len()
-    }
-
-    /// The contact nodes in m, `[n_contact_nodes]` of the face.
-    #[must_use]
-    pub fn positions(&self) -> &[[f64; 3]] {
-        &self.positions
     }
 }
 

@@ -203,7 +203,7 @@ impl<'a> Sweep<'a> {
         let chosen: Vec<(usize, &Coefficient)> =
             axes.iter().map(|&i| (i, &coefficients[i])).collect();
         let depends_on_place = chosen.iter().any(|(_, c)| c.depends_on_place());
-        let positions = law.positions();
+        let positions = &law.positions;
         let places = if depends_on_place {
             positions
         } else {

@@ -110,7 +110,7 @@ impl PrimalOperator for ContactOperator<'_> {
 /// Programming Algorithms*, Springer 2009, ch. 8, for the augmented Lagrangian with ϱ = ‖A‖.
 pub struct BalancedOperator<'a> {
     base: Box<dyn PrimalOperator + 'a>,
-    rigid: &'a RigidEquilibrium,
+    pub(crate) rigid: &'a RigidEquilibrium,
     /// h + G D⁻¹e.
     supported_rhs: Vec<f64>,
     /// Orthonormal columns that span the range of G of the free motions, `[n_free][n_multipliers]`.
@@ -212,11 +212,6 @@ impl<'a> BalancedOperator<'a> {
         self.rhs.clone_from(&self.rhs_at_rest);
         add_combination(&mut self.rhs, shift.as_slice(), &self.range);
         self.shift = shift;
-    }
-
-    /// Gᵀλ = e.
-    pub(crate) fn balance(&self) -> &RigidEquilibrium {
-        self.rigid
     }
 
     /// The rigid motions α in m that belong to a multiplier.

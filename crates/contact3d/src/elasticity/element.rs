@@ -278,7 +278,7 @@ pub fn traction(g: &Vector3<f64>, s: &Vector6<f64>) -> Vector3<f64> {
 #[derive(Debug, Clone)]
 pub struct MaterialField<'a> {
     /// C in Pa of the body's own material, then of each region.
-    tensors: Vec<Matrix6<f64>>,
+    pub(super) tensors: Vec<Matrix6<f64>>,
     /// Region of each tetrahedron; empty for a body of one material.
     region: &'a [usize],
 }
@@ -315,11 +315,6 @@ impl<'a> MaterialField<'a> {
             inverse.expect("a validated material has a positive definite elasticity tensor")
         };
         self.tensors.iter().map(inverse).collect()
-    }
-
-    /// C in Pa of the body's own material, then of each region.
-    pub(crate) fn tensors(&self) -> &[Matrix6<f64>] {
-        &self.tensors
     }
 
     /// C in Pa of a tetrahedron.

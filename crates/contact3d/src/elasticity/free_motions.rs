@@ -244,7 +244,7 @@ fn own_stiffness(scene: &Scene, mesh: &Mesh) -> f64 {
     let units = Vector6::new(1.0, 1.0, 1.0, root, root, root);
     let units = Matrix6::from_diagonal(&units);
     let material = MaterialField::new(scene, mesh);
-    let tensors = material.tensors().iter();
+    let tensors = material.tensors.iter();
     let softest = tensors.map(|tensor| (units * tensor * units).symmetric_eigenvalues().min());
     let volume = |corners: &[usize; 4]| tetrahedron_volume(&mesh.corners(corners)).abs();
     let volumes = mesh.tetrahedra.iter().map(volume);

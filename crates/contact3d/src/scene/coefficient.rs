@@ -294,7 +294,7 @@ pub const LAW_VARIABLES: &[&str] = &["x", "y", "z", "s", "s1", "s2"];
 /// An expression in [`LAW_VARIABLES`], with derivatives by the slips.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String")]
-pub struct Formula(Expression);
+pub struct Formula(pub(super) Expression);
 
 /// The places of s, s1 and s2 in [`LAW_VARIABLES`].
 const SLIPS: [usize; 3] = [3, 4, 5];
@@ -346,10 +346,6 @@ impl Formula {
     #[must_use]
     pub fn expression(&self) -> &Expression {
         &self.0
-    }
-
-    pub(super) fn expression_mut(&mut self) -> &mut Expression {
-        &mut self.0
     }
 }
 

@@ -169,7 +169,7 @@ impl Scene {
         varying.filter_map(|(key, value)| {
             let formula = match value {
                 Varying::Quantity(Quantity::Varying(formula)) => formula,
-                Varying::Coefficient(Coefficient::Expression(formula)) => formula.expression_mut(),
+                Varying::Coefficient(Coefficient::Expression(formula)) => &mut formula.0,
                 Varying::Quantity(_) | Varying::Coefficient(_) => return None,
             };
             Some((key, formula))

@@ -129,7 +129,7 @@ impl<'a> LawPieces<'a> {
     ) -> (LawPoint, [f64; 2]) {
         let (own_slip, own_by) = self.own(coefficient, slip);
         let at = LawPoint {
-            position: self.law.only().positions()[node],
+            position: self.law.only().positions[node],
             slip,
             own_slip,
         };

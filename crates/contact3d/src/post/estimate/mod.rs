@@ -95,14 +95,6 @@ pub(super) struct Field<'a> {
     pub(super) over: Option<BoxedFaces>,
 }
 
-impl Field<'_> {
-    /// Whether an adjoint is that of the strain energy, U(u) − U(u_h) = U'(u) e − ½ ‖e‖² = U'(u_h) e + ½ ‖e‖²: local errors e give the first,
-    /// for they know the loads, and contact the second, for its adjoint knows λ_h alone.
-    fn is_of_energy(&self) -> bool {
-        self.loads.of_scene
-    }
-}
-
 /// What is known of a solution already.
 pub(super) struct SolutionData<'a> {
     /// Nodal displacement in m, `[n_nodes]`.
@@ -226,7 +218,9 @@ impl ErrorEstimate {
         let shares = adjoints.iter().enumerate().map(|(k, adjoint)| {
             let mut of_tetrahedra: Vec<f64> = products.iter().map(|of| of[k + 1]).collect();
             let [mut quadratic, mut of_sides, mut of_loads, mut sizes] = [0.0; 4];
-            if adjoint.is_of_energy() {
+            // The adjoint of the strain energy, U(u) − U(u_h) = U'(u) e − ½ ‖e‖² = U'(u_h) e + ½ ‖e‖²: local errors e give the first, for they
+            // know the loads, and contact the second, for its adjoint knows λ_h alone.
+            if adjoint.loads.of_scene {
                 let squares = of_elements.iter().zip(&squares);
                 for (share, (elements, whole)) in of_tetrahedra.iter_mut().zip(squares) {
                     *share += 0.5 * (whole - 2.0 * elements);

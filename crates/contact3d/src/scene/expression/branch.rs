@@ -52,7 +52,7 @@ pub struct BranchEnd {
 /// point, which is remembered.
 #[derive(Debug, Default)]
 pub(super) struct BranchChoice {
-    branch: FormulaBranch,
+    pub(super) branch: FormulaBranch,
     is_given: bool,
     /// Branch points so far.
     n_met: usize,
@@ -68,11 +68,6 @@ impl BranchChoice {
             is_given: true,
             ..Self::default()
         }
-    }
-
-    /// The branch that was gone.
-    pub(super) fn branch(&self) -> FormulaBranch {
-        self.branch
     }
 
     /// What was found along it.

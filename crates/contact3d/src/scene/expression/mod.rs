@@ -229,7 +229,7 @@ impl Expression {
     pub(crate) fn branch(&self, values: &[f64], by: [usize; 3]) -> FormulaBranch {
         let mut choice = BranchChoice::default();
         self.go(values, by, &mut choice);
-        choice.branch()
+        choice.branch
     }
 
     /// The formula on one of its branches, also beyond the ends of it.

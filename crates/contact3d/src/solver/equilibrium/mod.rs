@@ -150,9 +150,9 @@ fn strongest_friction(law: &CoulombLaw, laws: &PaneLaws) -> Vec<[f64; 2]> {
         .filter(|face| face.law().depends_on_slip())
     {
         // No slip of a solution is larger than the face.
-        let extent = extents(face.positions()).into_iter().fold(0.0, f64::max);
+        let extent = extents(&face.positions).into_iter().fold(0.0, f64::max);
         let largest = LawBounds::new(face, extent).largest.value;
-        strongest[face.panes()].fill([largest; 2]);
+        strongest[face.panes.clone()].fill([largest; 2]);
     }
     strongest
 }

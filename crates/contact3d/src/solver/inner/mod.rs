@@ -174,7 +174,7 @@ impl<'a> Inner<'a> {
             if let Some(before) = &total {
                 summary.steps += before.steps;
             }
-            let next = operator.balance().relative_equilibrium_residual(multiplier);
+            let next = operator.rigid.relative_equilibrium_residual(multiplier);
             summary.residual = larger(summary.residual, next);
             let done = next <= tolerance.max(attainable) && asked <= tolerance;
             if done || summary.failure.is_some() || !next.is_finite() {
