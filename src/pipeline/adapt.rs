@@ -116,7 +116,9 @@ impl Session {
             levels.session.write_levels(all, status)?;
         }
         let performed = levels.at_hand(refined.level, all)?.performed.clone();
-        self.store.store_pending()?;
+        if !self.store.pending.is_empty() {
+            self.store.commit(None)?;
+        }
         Ok((refined, performed))
     }
 
@@ -195,7 +197,7 @@ impl LevelInRunFile<'_> {
     /// Reads the stages of a level, or runs and holds them.
     fn run(&mut self, level: usize, known: &Adaptation) -> Result<LevelAtHand, StageError> {
         let (session, observe) = (&mut *self.session, &mut *self.observe);
-        session.store.discard_pending();
+        session.store.pending.clear();
         let mut refinement = known.refinement.clone();
         refinement.truncate(level);
         session.store.refinement = refinement;

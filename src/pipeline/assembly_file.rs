@@ -125,7 +125,7 @@ impl Session {
             let Some(shared) = shared else {
                 break;
             };
-            upstream.push((state.stage, shared.stored().clone()));
+            upstream.push((state.stage, shared.stored.clone()));
             found.push(shared);
         }
         if found.is_empty() {

@@ -172,7 +172,7 @@ impl Session {
         least_cost: f64,
         observe: &'a mut dyn FnMut(RunStep<'_>),
     ) -> CheckpointStorage<'a> {
-        let cost = self.store.last_store_seconds().max(least_cost);
+        let cost = self.store.last_store_seconds.max(least_cost);
         CheckpointStorage {
             store: &mut self.store,
             checkpoints: Checkpoints::new(cost),

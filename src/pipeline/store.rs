@@ -49,9 +49,9 @@ pub(super) struct Store {
     /// Large stages of files beside the run file, which is linked to them with the next stage that is stored.
     pub(super) links: Vec<SharedGroup>,
     /// Stages that are computed but not yet stored.
-    pending: Vec<WaitingStage>,
+    pub(super) pending: Vec<WaitingStage>,
     /// What the last commit of this process took.
-    last_store_seconds: f64,
+    pub(super) last_store_seconds: f64,
     /// For a command that can be taken back.
     pub(super) rollback: Option<Rollback>,
 }
@@ -83,10 +83,6 @@ impl Store {
 
     pub(super) fn reader(&self) -> Result<Reader, StoreError> {
         Reader::open(self.path(), LAYOUT)
-    }
-
-    pub(super) fn last_store_seconds(&self) -> f64 {
-        self.last_store_seconds
     }
 
     /// The run file opened for reading; `None` in the place of a new one.
@@ -122,9 +118,9 @@ impl Store {
         let mut states = states_from(reader, &self.input.scene, &self.refinement, start)?;
         for state in &mut states {
             let mut links = self.links.iter();
-            if let Some(link) = links.find(|link| link.group() == state.stage.group()) {
+            if let Some(link) = links.find(|link| link.group == state.stage.group()) {
                 state.freshness = Freshness::Fresh;
-                state.stored = Some(link.stored().clone());
+                state.stored = Some(link.stored.clone());
             }
         }
         Ok(states)
@@ -212,19 +208,6 @@ impl Store {
             compute_seconds,
             store_seconds: if is_due { self.last_store_seconds } else { 0.0 },
         })
-    }
-
-    /// Stores what waits.
-    pub(super) fn store_pending(&mut self) -> Result<(), StageError> {
-        if self.pending.is_empty() {
-            return Ok(());
-        }
-        self.commit(None)
-    }
-
-    /// Gives up what waits.
-    pub(super) fn discard_pending(&mut self) {
-        self.pending.clear();
     }
 
     /// Stores what waits, and what a solve goes on from that is not done yet.

@@ -21,8 +21,9 @@ use crate::{header, user_block};
 /// An HDF5 file being written; dropping it removes it.
 #[derive(Debug)]
 pub struct AtomicFile {
+    /// The file, to write to. Handles made from it must be dropped before it is closed.
     // Declared before the temporary, so that HDF5 lets go of the file before it is removed.
-    file: hdf5::File,
+    pub(super) file: hdf5::File,
     temporary: Temporary,
     /// The same file, for what is not HDF5's.
     handle: File,
@@ -70,11 +71,6 @@ impl AtomicFile {
             temporary,
             handle,
         })
-    }
-
-    /// The file, to write to. Handles made from it must be dropped before it is closed.
-    pub(super) fn file(&self) -> &hdf5::File {
-        &self.file
     }
 
     /// Has the file written, proves that it is what was written, gives it its type and digest, and syncs it.

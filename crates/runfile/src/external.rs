@@ -277,10 +277,12 @@ fn copy(
 /// A group in a file `STAGE-DIGEST.h5`, which nobody removes meanwhile.
 #[derive(Debug, Clone)]
 pub struct SharedGroup {
-    pub(super) group: Group,
+    /// The group.
+    pub group: Group,
     pub(super) name: LinkedName,
     pub(super) lock: Arc<File>,
-    stored: StoredGroup,
+    /// How the group was run, and its digest.
+    pub stored: StoredGroup,
 }
 
 impl SharedGroup {
@@ -306,18 +308,6 @@ impl SharedGroup {
                 stored,
             })
         })
-    }
-
-    /// The group.
-    #[must_use]
-    pub fn group(&self) -> Group {
-        self.group
-    }
-
-    /// How the group was run, and its digest.
-    #[must_use]
-    pub fn stored(&self) -> &StoredGroup {
-        &self.stored
     }
 }
 

@@ -130,9 +130,9 @@ impl Transaction {
             let (layout, filetype) = (&self.layout, self.layout.linked_filetype);
             let part = part(&self.target, layout, filetype)?;
             self.external.push(ExternalPart { group, part });
-            self.external[self.external.len() - 1].part.file()
+            &self.external[self.external.len() - 1].part.file
         } else {
-            self.run_file.file()
+            &self.run_file.file
         };
         let object = file
             .create_group_builder()
@@ -165,7 +165,7 @@ impl Transaction {
         self.remove(shared.group);
         self.linked.push(shared.lock.clone());
         let place = Place::new(&self.target, shared.group.name());
-        join(self.run_file.file(), place, shared.group, &shared.name)
+        join(&self.run_file.file, place, shared.group, &shared.name)
     }
 
     /// Puts a copy of a group of another file, with its record, in the place of what the file held of it.
@@ -174,7 +174,7 @@ impl Transaction {
     /// Those of [`Reader::group_record`], `Hdf5` if copying fails.
     pub fn copy(&mut self, from: &Reader, group: Group) -> Result<(), StoreError> {
         self.remove(group);
-        take_over(from, group, self.run_file.file())
+        take_over(from, group, &self.run_file.file)
     }
 
     /// Leaves a group out of the new state.
@@ -212,7 +212,7 @@ impl Transaction {
         if let Some(group) = self.unfinished {
             return Err(LayoutError::NotFinished { group }.into());
         }
-        let file = self.run_file.file();
+        let file = &self.run_file.file;
         if let Some(previous) = &self.previous {
             carry_over(previous, &self.replaced, self.embed, file)?;
         }
@@ -226,7 +226,7 @@ impl Transaction {
         let layout = self.layout;
         for ExternalPart { group, part } in self.external.drain(..) {
             let digest = self.finished.remove(&group).unwrap_or_default();
-            name_axes(part.file(), place, &layout, (group, true), texts)?;
+            name_axes(&part.file, place, &layout, (group, true), texts)?;
             let name = LinkedName::new(group, &digest);
             join(file, place, group, &name)?;
             let target = self.folder.join(name.to_string());
