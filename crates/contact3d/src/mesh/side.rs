@@ -92,24 +92,15 @@ impl Mesh {
         let nodes: Vec<usize> = self.facet_nodes(facet).collect();
         let places: Vec<Vector3<f64>> = nodes.iter().map(|&n| self.coordinates[n].into()).collect();
         let place = |at: [f64; 3], weight: f64| {
-            let mut shape = [0.0; 6];
-            let area = if places.len() == 3 {
-                shape[..3].copy_from_slice(&at);
-                (places[1] - places[0]).cross(&(places[2] - places[0]))
-            } else {
-                shape = quadratic_triangle(&at);
-                let slopes = quadratic_triangle_slopes(&at);
-                let along = |k: usize| -> Vector3<f64> {
-                    let slope = |n: usize| slopes[n][k] - slopes[n][0];
-                    (0..6).map(|n| places[n] * slope(n)).sum()
-                };
-                along(1).cross(&along(2))
+            let shape = match places.len() {
+                3 => [at[0], at[1], at[2], 0.0, 0.0, 0.0],
+                _ => quadratic_triangle(&at),
             };
             let place: Vector3<f64> = places.iter().zip(shape).map(|(x, w)| x * w).sum();
             SidePoint {
                 at: place.into(),
                 shape,
-                area: area * (weight / 2.0),
+                area: twice_area(&places, &at) * (weight / 2.0),
             }
         };
         let points = triangles.iter().flat_map(|triangle| {
@@ -125,22 +116,9 @@ impl Mesh {
     pub(crate) fn side_normals(&self, facet: usize) -> Vec<(usize, Vector3<f64>)> {
         let nodes: Vec<usize> = self.facet_nodes(facet).collect();
         let places: Vec<Vector3<f64>> = nodes.iter().map(|&n| self.coordinates[n].into()).collect();
-        let [a, b, c] = [0, 1, 2].map(|k| places[k]);
-        let normal = |k: usize| -> Option<Vector3<f64>> {
-            if places.len() == 3 {
-                return unit((b - a).cross(&(c - a)));
-            }
-            let slopes = quadratic_triangle_slopes(&QUADRATIC_TRIANGLE_NODES[k]);
-            let along = |axis: usize| -> Vector3<f64> {
-                (0..6)
-                    .map(|n| places[n] * (slopes[n][axis] - slopes[n][0]))
-                    .sum()
-            };
-            unit(along(1).cross(&along(2)))
-        };
-        let nodes = nodes.iter().enumerate();
+        let nodes = nodes.iter().zip(&QUADRATIC_TRIANGLE_NODES);
         nodes
-            .filter_map(|(k, &node)| Some((node, normal(k)?)))
+            .filter_map(|(&node, at)| Some((node, unit(twice_area(&places, at))?)))
             .collect()
     }
 
@@ -166,6 +144,19 @@ impl Mesh {
             _ => (area, self.facets[facet].map(|node| (node, third)).to_vec()),
         }
     }
+}
+
+/// Twice the area vector that a triangle with nodes at some places has for its reference area at a point; the same everywhere on straight sides.
+fn twice_area(places: &[Vector3<f64>], at: &[f64; 3]) -> Vector3<f64> {
+    if places.len() == 3 {
+        return (places[1] - places[0]).cross(&(places[2] - places[0]));
+    }
+    let slopes = quadratic_triangle_slopes(at);
+    let along = |k: usize| -> Vector3<f64> {
+        let slope = |n: usize| slopes[n][k] - slopes[n][0];
+        (0..6).map(|n| places[n] * slope(n)).sum()
+    };
+    along(1).cross(&along(2))
 }
 
 /// The direction of a vector, also of one whose squares underflow; none of the zero vector.
