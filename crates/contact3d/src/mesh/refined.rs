@@ -158,13 +158,9 @@ impl<'a> RefinableBody<'a> {
         let mut place: Vec<Option<[f64; 3]>> = vec![None; n_corners + edges.len()];
         let tetrahedra = straight.tetrahedra.iter().zip(&middles.tetrahedra);
         for (descendant, (corners, middles)) in self.bisection.descendants().zip(tetrahedra) {
-            let at = |nodes: &[usize]| nodes.iter().map(|n| self.first.coordinates[*n]).collect();
-            let ancestor: Vec<[f64; 3]> = at(&self.first.tetrahedra[descendant.ancestor]);
-            let sides: Vec<[f64; 3]> = at(&first[descendant.ancestor]);
-            let map = IsoparametricMap::new(
-                &std::array::from_fn(|k| ancestor[k]),
-                &std::array::from_fn(|k| sides[k]),
-            );
+            let at = |node: usize| self.first.coordinates[node];
+            let ancestor = self.first.tetrahedra[descendant.ancestor].map(at);
+            let map = IsoparametricMap::new(&ancestor, &first[descendant.ancestor].map(at));
             for (node, inside) in corners.iter().chain(middles).zip(descendant.nodes()) {
                 place[*node].get_or_insert_with(|| map.place(&inside));
             }
