@@ -17,6 +17,7 @@ use nalgebra::Vector3;
 
 use self::height::{Clearance, Graph};
 pub use triangulated::TriangulatedSurface;
+pub(super) use triangulated::beyond_straight;
 
 use super::{GEOMETRY_TOLERANCE, Mesh, contact_parts::under, face_part::WHOLE_SIDE};
 use crate::scene::{Contact, InvalidValue, Obstacle, Scene, Side, Written, place_words};

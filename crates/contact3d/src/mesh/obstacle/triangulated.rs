@@ -20,6 +20,7 @@ use super::{Clearance, TOUCHING, facing};
 use crate::{
     linalg::UNIT_ROUNDING,
     mesh::GEOMETRY_TOLERANCE,
+    reference::TRIANGLE_EDGES,
     scene::{InvalidValue, place_words},
 };
 
@@ -180,10 +181,7 @@ impl TriangulatedSurface {
             return None;
         }
         let normal: Vector3<f64> = normals.iter().zip(share).map(|(n, share)| n * share).sum();
-        let over_edge = |[a, b]: [usize; 2]| {
-            0.5 * share[a] * share[b] * (corners[b] - corners[a]).dot(&(normals[b] - normals[a]))
-        };
-        let above: f64 = [[0, 1], [1, 2], [2, 0]].map(over_edge).iter().sum();
+        let above = beyond_straight(&corners, &normals, &share);
         let length = normal.norm();
         Some(Clearance {
             distance: distance * length - above,
@@ -272,6 +270,19 @@ impl TriangulatedSurface {
         let [x, y, z] = [0, 1, 2].map(|k| self.corners(triangle)[(corner + k) % 3]);
         (y - x).angle(&(z - x))
     }
+}
+
+/// The quadratic surface through the corners of a triangle with their normals, over the triangle: Σ_{ab} ½ λ_a λ_b (x_b − x_a)·(n_b − n_a)
+/// over its edges (T. Nagata, *Comput. Aided Geom. Design* 22 (2005) 327).
+pub(in crate::mesh) fn beyond_straight(
+    places: &[Vector3<f64>; 3],
+    normals: &[Vector3<f64>; 3],
+    at: &[f64; 3],
+) -> f64 {
+    let over_edge = |[a, b]: [usize; 2]| {
+        0.5 * at[a] * at[b] * (places[b] - places[a]).dot(&(normals[b] - normals[a]))
+    };
+    TRIANGLE_EDGES.map(over_edge).iter().sum()
 }
 
 /// Triangles around each of some points.

@@ -23,7 +23,6 @@ use rstar::{
 };
 
 pub(super) use nodes::NodePairing;
-use normals::CurvedFace;
 pub(super) use overlap::Overlap;
 
 use super::{GEOMETRY_TOLERANCE, Mesh, contact_surface::plane_of};
@@ -117,20 +116,16 @@ impl<'a> Face<'a> {
         let plane = plane_of(&mesh.coordinates, corners, nodes.iter().copied());
         let flat = plane.filter(|(_, unevenness)| *unevenness <= GEOMETRY_TOLERANCE);
         let plane = flat.map(|(normal, _)| normal.into());
-        let curved = match plane {
-            Some(normal) => CurvedFace {
-                normals: nodes.iter().map(|node| (*node, normal)).collect(),
-                has_straight_sides: false,
-                unresolved: 0.0,
-            },
-            None => CurvedFace::new(mesh, &facets),
+        let (normals, has_straight_sides, unresolved) = match plane {
+            Some(normal) => (nodes.iter().map(|n| (*n, normal)).collect(), false, 0.0),
+            None => normals::of_curved(mesh, &facets),
         };
         Self {
             mesh,
             facets,
-            normals: curved.normals,
-            has_straight_sides: curved.has_straight_sides,
-            unresolved: curved.unresolved,
+            normals,
+            has_straight_sides,
+            unresolved,
             plane,
             modulus,
         }

@@ -16,65 +16,50 @@ use super::Face;
 use crate::{
     mesh::{
         Mesh, is_straight,
-        obstacle::{faceting, is_smooth},
+        obstacle::{beyond_straight, faceting, is_smooth},
     },
     reference::TRIANGLE_EDGES,
 };
 
-/// Normals of a curved face.
-pub(super) struct CurvedFace {
-    /// Unit normals of the nodes.
-    pub(super) normals: BTreeMap<usize, Vector3<f64>>,
-    /// Whether straight triangles stand for it.
-    pub(super) has_straight_sides: bool,
-    /// What these normals leave of distances between the face and its mesh at most, in m.
-    pub(super) unresolved: f64,
-}
-
-impl CurvedFace {
-    pub(super) fn new(mesh: &Mesh, facets: &[usize]) -> Self {
-        let mut normals = means(mesh, facets);
-        let is_straight_side = |facet: &usize| {
-            mesh.mid_edges.as_ref().is_none_or(|middles| {
-                let corners = mesh.corners(&mesh.facets[*facet]);
-                let middles = mesh.corners(&middles.facets[*facet]);
-                is_straight(&corners, &TRIANGLE_EDGES, &middles)
-            })
-        };
-        let has_straight_sides = facets.iter().all(is_straight_side);
-        if !has_straight_sides {
-            // Where sides of quadratic shape meet at θ they lie within hθ/16 of an arc.
-            let unresolved = faceting(mesh, facets, |_| 1.0 / 32.0);
-            return Self {
-                normals,
-                has_straight_sides,
-                unresolved,
-            };
-        }
-        // At the end of an arc the quadratic through three nodes has a slope that is off by 0.8 θ³, for triangles that turn by θ.
-        let mut unresolved = faceting(mesh, facets, |turn| turn * turn / 2.0);
-        let rings = Rings::new(mesh, facets);
-        for node in rings.around.keys() {
-            if let Some((normal, residual)) = rings.fitted(*node, normals[node]) {
-                normals.insert(*node, normal);
-                unresolved = unresolved.max(residual);
-            }
-        }
-        if let Some(middles) = &mesh.mid_edges {
-            for &facet in facets {
-                let corners = mesh.facets[facet];
-                for ([a, b], middle) in TRIANGLE_EDGES.into_iter().zip(middles.facets[facet]) {
-                    let sum = normals[&corners[a]] + normals[&corners[b]];
-                    normals.insert(middle, sum.normalize());
-                }
-            }
-        }
-        Self {
-            normals,
-            has_straight_sides,
-            unresolved,
+/// The unit normals of a curved face at its nodes, whether straight triangles stand for it, and what these normals leave of distances between
+/// the face and its mesh at most, in m.
+pub(super) fn of_curved(
+    mesh: &Mesh,
+    facets: &[usize],
+) -> (BTreeMap<usize, Vector3<f64>>, bool, f64) {
+    let mut normals = means(mesh, facets);
+    let is_straight_side = |facet: &usize| {
+        mesh.mid_edges.as_ref().is_none_or(|middles| {
+            let corners = mesh.corners(&mesh.facets[*facet]);
+            let middles = mesh.corners(&middles.facets[*facet]);
+            is_straight(&corners, &TRIANGLE_EDGES, &middles)
+        })
+    };
+    let has_straight_sides = facets.iter().all(is_straight_side);
+    if !has_straight_sides {
+        // Where sides of quadratic shape meet at θ they lie within hθ/16 of an arc.
+        let unresolved = faceting(mesh, facets, |_| 1.0 / 32.0);
+        return (normals, has_straight_sides, unresolved);
+    }
+    // At the end of an arc the quadratic through three nodes has a slope that is off by 0.8 θ³, for triangles that turn by θ.
+    let mut unresolved = faceting(mesh, facets, |turn| turn * turn / 2.0);
+    let rings = Rings::new(mesh, facets);
+    for node in rings.around.keys() {
+        if let Some((normal, residual)) = rings.fitted(*node, normals[node]) {
+            normals.insert(*node, normal);
+            unresolved = unresolved.max(residual);
         }
     }
+    if let Some(middles) = &mesh.mid_edges {
+        for &facet in facets {
+            let corners = mesh.facets[facet];
+            for ([a, b], middle) in TRIANGLE_EDGES.into_iter().zip(middles.facets[facet]) {
+                let sum = normals[&corners[a]] + normals[&corners[b]];
+                normals.insert(middle, sum.normalize());
+            }
+        }
+    }
+    (normals, has_straight_sides, unresolved)
 }
 
 /// Cosine of 15°, the most between a triangle of a curved face and the normals of its corners.
@@ -103,15 +88,6 @@ impl Face<'_> {
             }
         }
     }
-}
-
-/// The quadratic surface through the corners of a triangle with their normals, over the triangle: Σ_{ab} ½ λ_a λ_b (x_b − x_a)·(n_b − n_a)
-/// over its edges (T. Nagata, *Comput. Aided Geom. Design* 22 (2005) 327).
-fn beyond_straight(places: &[Vector3<f64>; 3], normals: &[Vector3<f64>; 3], at: &[f64; 3]) -> f64 {
-    let over_edge = |[a, b]: [usize; 2]| {
-        0.5 * at[a] * at[b] * (places[b] - places[a]).dot(&(normals[b] - normals[a]))
-    };
-    TRIANGLE_EDGES.map(over_edge).iter().sum()
 }
 
 /// The quartic over a quadratic triangle that vanishes at its nodes and turns its edges into the tangent planes at the corners:
