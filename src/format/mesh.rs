@@ -155,15 +155,8 @@ pub fn write(
         }
         SURFACE.write_one(writer, contact)?;
         writer.write_matrix(PANE_AVERAGE, columns(&contact.pane_average))?;
-        let centre = |pane| {
-            let (rows, shares) = contact.pane_average.column(pane);
-            let places = rows.iter().map(|row| mesh.coordinates[contact.nodes[*row]]);
-            let parts = places.zip(shares);
-            parts.fold([0.0; 3], |sum: [f64; 3], (x, share)| {
-                [0, 1, 2].map(|c| sum[c] + share * x[c])
-            })
-        };
-        let centres: Vec<[f64; 3]> = (0..contact.n_panes()).map(centre).collect();
+        let panes = 0..contact.n_panes();
+        let centres: Vec<_> = panes.map(|pane| contact.pane_centre(mesh, pane)).collect();
         write_value(writer, PANE_CENTRE, &centres)?;
         if let Some(opposite) = &contact.opposite {
             write_opposite(writer, opposite)?;

@@ -244,15 +244,12 @@ impl ContactSurface {
             .extend(faces.map(|face| face.shifted(nodes, facets, panes)));
         self.facet_pane
             .extend(next.facet_pane.iter().map(|pane| pane + panes));
-        let (average, other) = (&mut self.pane_average, next.pane_average);
-        let entries = average.data.len();
-        average.rows += other.rows;
-        average.cols += other.cols;
-        let columns = other.indptr.iter().skip(1);
-        average.indptr.extend(columns.map(|start| start + entries));
-        let rows = other.indices.iter();
-        average.indices.extend(rows.map(|node| node + nodes));
-        average.data.extend(other.data);
+        self.pane_average.rows += next.pane_average.rows;
+        for pane in 0..next.pane_average.cols {
+            let weights = next.pane_average.entries(pane);
+            let moved = weights.map(|(node, weight)| (node + nodes, weight));
+            self.pane_average.push_column(moved);
+        }
         self.nodes.extend(next.nodes);
         self.facets.extend(next.facets);
         self.pane_area.extend(next.pane_area);

@@ -76,12 +76,10 @@ impl Opposite {
 
     /// The same for contact nodes and panes that follow those of `self`, which are `n_contact_nodes`.
     pub(super) fn joined_with(&mut self, next: Self) {
-        let (before, columns) = (self.points.data.len(), self.points.cols);
-        let ends = next.points.indptr.iter().skip(1);
-        self.points.indptr.extend(ends.map(|end| end + before));
-        self.points.indices.extend(next.points.indices);
-        self.points.data.extend(next.points.data);
-        self.points.cols += next.points.cols;
+        let columns = self.points.cols;
+        for column in 0..next.points.cols {
+            self.points.push_column(next.points.entries(column));
+        }
         let moved = |pane: Vec<(usize, usize, f64)>| {
             let entries = pane.into_iter();
             entries
