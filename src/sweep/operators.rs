@@ -31,12 +31,6 @@ struct Slot {
     bytes: u64,
 }
 
-impl Slot {
-    fn takes_memory(&self) -> bool {
-        self.preparing || self.operator.is_some()
-    }
-}
-
 impl Operators {
     /// No operators yet; `needed` holds for every operator how many cases use it and its bytes.
     pub(super) fn new(needed: BTreeMap<String, (usize, u64)>, budget: u64) -> Self {
@@ -79,7 +73,7 @@ impl Operators {
         loop {
             let used: u64 = held
                 .values()
-                .filter(|s| s.takes_memory())
+                .filter(|s| s.preparing || s.operator.is_some())
                 .map(|s| s.bytes)
                 .sum();
             let slot = held.entry(key.to_owned()).or_default();

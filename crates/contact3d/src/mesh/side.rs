@@ -75,15 +75,8 @@ impl Mesh {
         behind
     }
 
-    /// Nodes of a quadratic side, and 16 points on it, exact for polynomials of degree 6 in the
-    /// reference triangle; `None` in a mesh of linear tetrahedra.
-    fn quadratic_side(&self, facet: usize) -> Option<(Vec<usize>, Vec<SidePoint>)> {
-        let points = |_| self.points_on(facet, &WHOLE_SIDE);
-        self.mid_edges.as_ref().map(points)
-    }
-
-    /// Nodes of a boundary triangle, curved or not, and points of the same rule on triangles of it, which are given in its
-    /// barycentric coordinates.
+    /// Nodes of a boundary triangle, curved or not, and 16 points, exact for polynomials of degree 6, on each of some triangles of
+    /// it, which are given in its barycentric coordinates.
     pub(crate) fn points_on(
         &self,
         facet: usize,
@@ -130,19 +123,18 @@ impl Mesh {
         let corners = self.corners(&self.facets[facet]);
         let area = triangle_area(&corners);
         let third = area / 3.0;
-        match (&self.mid_edges, self.quadratic_side(facet)) {
-            (Some(mid_edges), Some((nodes, points))) => {
-                let middles = self.corners(&mid_edges.facets[facet]);
-                if is_straight(&corners, &TRIANGLE_EDGES, &middles) {
-                    let shares = [0.0, 0.0, 0.0, third, third, third];
-                    return (area, nodes.into_iter().zip(shares).collect());
-                }
-                let area = points.iter().map(|p| p.area.norm()).sum();
-                let integral = |k: usize| points.iter().map(|p| p.area.norm() * p.shape[k]).sum();
-                (area, nodes.into_iter().zip((0..6).map(integral)).collect())
-            }
-            _ => (area, self.facets[facet].map(|node| (node, third)).to_vec()),
+        let Some(mid_edges) = &self.mid_edges else {
+            return (area, self.facets[facet].map(|node| (node, third)).to_vec());
+        };
+        let middles = self.corners(&mid_edges.facets[facet]);
+        if is_straight(&corners, &TRIANGLE_EDGES, &middles) {
+            let shares = [0.0, 0.0, 0.0, third, third, third];
+            return (area, self.facet_nodes(facet).zip(shares).collect());
         }
+        let (nodes, points) = self.points_on(facet, &WHOLE_SIDE);
+        let area = points.iter().map(|p| p.area.norm()).sum();
+        let integral = |k: usize| points.iter().map(|p| p.area.norm() * p.shape[k]).sum();
+        (area, nodes.into_iter().zip((0..6).map(integral)).collect())
     }
 }
 

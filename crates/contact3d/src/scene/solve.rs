@@ -41,17 +41,6 @@ pub enum InnerSolver {
     Newton,
 }
 
-impl InnerSolver {
-    /// Whether it needs S as a dense matrix.
-    #[must_use]
-    pub fn needs_explicit(self) -> bool {
-        match self {
-            Self::Kprgp | Self::Gpcg => false,
-            Self::Newton => true,
-        }
-    }
-}
-
 /// How the dual operator S = B A⁻¹ Bᵀ is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

@@ -137,11 +137,6 @@ impl<'a> Conditions<'a> {
         matches!(self.bound, Bound::Coulomb(..)) && self.constant_inverse.is_none()
     }
 
-    /// Gives the coefficients of friction by their 𝓕⁻¹ on the panes, whatever the slip, `[n_friction_panes]`.
-    pub(super) fn fix_coefficients(&mut self, inverse: Vec<[f64; 2]>) {
-        self.constant_inverse = Some(inverse);
-    }
-
     /// R and what its derivative needs at λ in Pa with r in m³ and the signed (u_t1, u_t2) of the
     /// contact nodes in m, which only a law that follows the slip reads.
     pub(super) fn evaluate(

@@ -8,7 +8,7 @@ use contact3d::{
     AssembledProblem, Problem, ProblemError,
     linalg::{difference, dot, norm},
     mesh::Mesh,
-    scene::{DualOperatorKind, Method, PrecisionControl, Scene, SolveSettings},
+    scene::{DualOperatorKind, InnerSolver, Method, PrecisionControl, Scene, SolveSettings},
     solver::{Solution, Start, Status},
 };
 
@@ -102,7 +102,7 @@ const EXPLICIT: [RunMethod; 3] = [
 
 /// Those on an implicit one.
 fn on_implicit(scene: &Scene) -> &'static [RunMethod] {
-    if scene.solve.inner.needs_explicit() {
+    if scene.solve.inner == InnerSolver::Newton {
         &[]
     } else {
         &[RunMethod::FixedPrecision, RunMethod::AdaptivePrecision]

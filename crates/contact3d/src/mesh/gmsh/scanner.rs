@@ -84,7 +84,7 @@ pub(super) struct Scanner<'a> {
     bytes: &'a [u8],
     at: usize,
     line: usize,
-    is_text: bool,
+    pub(super) is_text: bool,
 }
 
 impl<'a> Scanner<'a> {
@@ -95,11 +95,6 @@ impl<'a> Scanner<'a> {
             line: 1,
             is_text: true,
         }
-    }
-
-    /// From here on values are binary.
-    pub(super) fn set_binary(&mut self) {
-        self.is_text = false;
     }
 
     pub(super) fn place(&self) -> FilePosition {

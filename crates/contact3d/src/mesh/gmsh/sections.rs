@@ -134,7 +134,7 @@ fn read_format(scanner: &mut Scanner) -> Result<bool, GmshFlaw> {
         ("1", _) if !is_v4 => return refuse("binary of MSH 2.2"),
         ("1", "8") => {
             scanner.end_text_line();
-            scanner.set_binary();
+            scanner.is_text = false;
             if scanner.int("the number 1 that shows the order of bytes")? != 1 {
                 return refuse("big-endian binary");
             }

@@ -98,7 +98,8 @@ impl Overlap {
         let mut sums = [[0.0; 6]; 6];
         for point in points {
             let weight = point.area.norm();
-            let shape = projection.shape_at(&point.at.into());
+            let at = projection.point_at(&point.at.into());
+            let shape = other.mesh.facet_shape(&at);
             self.triangle.area += weight;
             for (k, (_, integral)) in self.triangle.integrals.iter_mut().enumerate() {
                 *integral += weight * point.shape[k];
@@ -147,12 +148,7 @@ impl<'a> Projection<'a> {
         }
     }
 
-    /// The shape functions where the line through a place meets the triangle.
-    pub(super) fn shape_at(&self, place: &Vector3<f64>) -> Vec<f64> {
-        self.mesh.facet_shape(&self.point_at(place))
-    }
-
-    /// The barycentric coordinates of that point, which may be outside.
+    /// The barycentric coordinates of the point where the line through a place meets the triangle, which may be outside.
     pub(super) fn point_at(&self, place: &Vector3<f64>) -> [f64; 3] {
         let flat = |v: Vector3<f64>| Vector2::from(self.across.map(|axis| axis.dot(&v)));
         let [origin, b, c] = [0, 1, 2].map(|k| self.places[k]);

@@ -135,14 +135,6 @@ impl ContactError {
         }
     }
 
-    /// The same parts, all zero.
-    fn without_error(self) -> Self {
-        Self {
-            friction: self.friction.map(|_| 0.0),
-            ..Self::default()
-        }
-    }
-
     fn squares(&self) -> f64 {
         let friction = self.friction.unwrap_or(0.0);
         let parts = [self.penetration, self.complementarity, friction];
@@ -292,7 +284,10 @@ impl ErrorEstimate {
         if only_touches || missed <= known.rounding {
             return Self {
                 indicator: vec![0.0; squares.len()],
-                contact: contact.map(ContactError::without_error),
+                contact: contact.map(|it| ContactError {
+                    friction: it.friction.map(|_| 0.0),
+                    ..ContactError::default()
+                }),
                 ..Self::default()
             };
         }

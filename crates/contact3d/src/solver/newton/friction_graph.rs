@@ -382,7 +382,7 @@ impl<'a> FrictionGraph<'a> {
     fn map(&self, inverse: Vec<[f64; 2]>) -> NaturalMap<'_> {
         let bound = Bound::Coulomb(self.laws, self.law);
         let mut map = NaturalMap::with_steplengths(self.dual, bound, self.steplengths.to_vec());
-        map.conditions.fix_coefficients(inverse);
+        map.conditions.constant_inverse = Some(inverse);
         map
     }
 
