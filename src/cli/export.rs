@@ -89,9 +89,7 @@ fn problem(
         return Ok(Exit::Done);
     }
     // As many digits as anyone measures; means of coefficients end in 0.30000000000000004.
-    let [least, most] = exported
-        .mu
-        .map(|mu| format!("{mu:.5e}").parse().unwrap_or(mu));
+    let [least, most] = exported.mu.map(|mu| units::rounded(mu, 6));
     let contacts = exported.contacts;
     let mu = format!("mu {least} to {most}");
     if let Some(unknowns) = exported.unknowns {

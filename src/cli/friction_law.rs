@@ -5,7 +5,7 @@ use contact3d::{
     scene::{ContactFeatures, FrictionModel, escape_control},
 };
 use serde_json::json;
-use units::{Dimension, Units};
+use units::{Dimension, Units, in_digits};
 
 use super::{
     arguments::{FigureArguments, Output, SceneArguments},
@@ -146,10 +146,5 @@ fn place_words(extreme: &LawExtreme, length: &str) -> String {
 
 /// Five significant digits, without trailing zeros.
 fn number(value: f64) -> String {
-    let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
-    if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
-        format!("{rounded}")
-    } else {
-        format!("{rounded:e}")
-    }
+    in_digits(value, 5, 1e6)
 }

@@ -13,7 +13,7 @@ use super::{
 use crate::{
     output::{self, Inputs, OutputFile, OutputKind},
     pipeline::StageError,
-    report::{self, mesh::six_digits},
+    report,
     views::{Drawing, draw_mesh, folder_here},
 };
 
@@ -121,8 +121,7 @@ impl MeshScene {
                 "obstacle.half_space = {{ point = [0.0, 0.0, {z:?}], normal = [0.0, 0.0, 1.0] }}\n"
             )
         });
-        let down = -self.height / 1000.0;
-        let down: f64 = format!("{down:.1e}").parse().unwrap_or(down);
+        let down = units::rounded(-self.height / 1000.0, 2);
         format!(
             include_str!("scenes/gmsh.toml.in"),
             extent = extent,
@@ -275,7 +274,7 @@ fn scene_for(mesh: &MeshInspection, arguments: &InspectArguments) -> String {
     let lowest = facing(mesh, -1.0, &[]);
     let name = |face: Option<&FaceInspection>| face.map_or_else(String::new, |f| f.name.clone());
     let [low, high] = mesh.bounds;
-    let extent = [0, 1, 2].map(|c| six_digits(high[c] - low[c]));
+    let extent = [0, 1, 2].map(|c| units::rounded(high[c] - low[c], 6).to_string());
     let size = low
         .iter()
         .chain(&high)

@@ -19,8 +19,7 @@ use crate::format::dimension_of_quantity as dimension;
 
 /// A time that shares of steps add up to, with four digits.
 pub fn shown_time(time: f64) -> String {
-    let rounded: f64 = format!("{time:.3e}").parse().unwrap_or(time);
-    rounded.to_string()
+    units::rounded(time, 4).to_string()
 }
 
 impl SolvedRun<'_> {

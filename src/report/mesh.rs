@@ -27,12 +27,6 @@ pub fn json(mesh: &MeshInspection, pictures: &[PathBuf]) -> Value {
     json!(all)
 }
 
-/// A length with six digits.
-pub fn six_digits(length: f64) -> String {
-    let rounded: f64 = format!("{length:.5e}").parse().unwrap_or(length);
-    rounded.to_string()
-}
-
 #[rustfmt::skip]
 fn whole(mesh: &MeshInspection) -> Figures {
     let mut figures = Figures::new(Units::default());

@@ -92,8 +92,7 @@ fn in_digits(number: f64, digits: usize) -> String {
     if number == 0.0 || (number.fract() == 0.0 && size < 1e5) {
         return format!("{number}");
     }
-    let scientific = format!("{number:.0$e}", digits - 1);
-    let rounded: f64 = scientific.parse().unwrap_or(number);
+    let rounded = units::rounded(number, digits);
     if (1e-3..1e5).contains(&size) {
         format!("{rounded}")
     } else {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use units::{Dimension, Unit, Units};
+use units::{Dimension, Unit, Units, in_digits};
 
 use super::{
     outline::{edge_loops, surface_edges},
@@ -190,20 +190,10 @@ fn centroid(triangles: &[[usize; 3]], position: impl Fn(usize) -> [f64; 2]) -> [
     [x / weight, y / weight]
 }
 
-/// A number in one line, with three digits.
-fn three_digits(value: f64) -> String {
-    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
-    if rounded == 0.0 || (1e-3..1e4).contains(&rounded.abs()) {
-        rounded.to_string()
-    } else {
-        format!("{rounded:e}")
-    }
-}
-
 /// A value in the multiple of its unit that suits it; `None` without a unit.
 fn with_unit(value: f64, unit: &Unit) -> Option<Label> {
     let scale = UnitScale::new(value, unit);
-    let number = Label::plain(three_digits(scale.scaled(value)));
+    let number = Label::plain(in_digits(scale.scaled(value), 3, 1e4));
     (!unit.is_none()).then(|| {
         number
             .upright(" ")
@@ -225,18 +215,12 @@ pub enum FrictionKind {
 impl FrictionKind {
     /// Unit of semi-axes and of the stress in an ellipse.
     pub(super) fn unit(self, units: Units) -> Unit {
-        match self {
-            Self::OverPressure | Self::OverBound => Unit::none(),
-            Self::Plain => units.of(Dimension::STRESS),
-        }
+        self.either(Unit::none(), units.of(Dimension::STRESS))
     }
 
     /// Unit of the scaled tangential stress.
     pub(super) fn scaled_unit(self, units: Units) -> Unit {
-        match self {
-            Self::OverPressure | Self::OverBound => units.of(Dimension::STRESS),
-            Self::Plain => Unit::none(),
-        }
+        self.either(units.of(Dimension::STRESS), Unit::none())
     }
 
     /// F₁ or F₂; of Tresca's law g F₁ or g F₂.
@@ -246,28 +230,26 @@ impl FrictionKind {
 
     /// ‖F⁻¹σ_t‖; of Tresca's law ‖(g F)⁻¹σ_t‖.
     pub(super) fn scaled_symbol(self) -> Label {
-        let matrix = match self {
-            Self::OverPressure | Self::OverBound => Label::plain("‖").italic("F"),
-            Self::Plain => Label::plain("‖(").italic("gF").upright(")"),
-        };
+        let bound = Label::plain("‖(").italic("gF").upright(")");
+        let matrix = self.either(Label::plain("‖").italic("F"), bound);
         let stress = matrix.superscript("−1").italic("σ").subscript("t");
         stress.upright("‖")
     }
 
     /// Title of the panel of the scaled tangential stress, without its symbol.
     pub(super) fn scaled_title(self) -> &'static str {
-        match self {
-            Self::OverPressure | Self::OverBound => "(b) Scaled tangential contact stress ",
-            Self::Plain => "(b) Tangential contact stress over its bound ",
-        }
+        self.either(
+            "(b) Scaled tangential contact stress ",
+            "(b) Tangential contact stress over its bound ",
+        )
     }
 
     /// Title of a map of semi-axes, without its symbol.
     pub(super) fn semi_axis_title(self) -> &'static str {
-        match self {
-            Self::OverPressure | Self::OverBound => "Coefficient of friction ",
-            Self::Plain => "Bound of the tangential stress ",
-        }
+        self.either(
+            "Coefficient of friction ",
+            "Bound of the tangential stress ",
+        )
     }
 
     /// The legend's words for the ellipses.
@@ -296,7 +278,7 @@ impl FrictionKind {
     /// The semi-axes that are the same on all panes; empty where both vary.
     pub(super) fn constants_label(self, constants: [Option<f64>; 2], unit: &Unit) -> Label {
         let equal = |label: Label, value: f64| {
-            let number = || Label::plain(three_digits(value));
+            let number = || Label::plain(in_digits(value, 3, 1e4));
             let value = with_unit(value, unit).unwrap_or_else(number);
             label.upright(" = ").then(&value)
         };
@@ -327,9 +309,14 @@ impl FrictionKind {
     }
 
     fn before_index(self) -> Label {
+        Label::default().italic(self.either("F", "gF"))
+    }
+
+    /// One of two: of stresses over what bounds them, or of those as they are.
+    fn either<T>(self, over_bound: T, plain: T) -> T {
         match self {
-            Self::OverPressure | Self::OverBound => Label::default().italic("F"),
-            Self::Plain => Label::default().italic("gF"),
+            Self::OverPressure | Self::OverBound => over_bound,
+            Self::Plain => plain,
         }
     }
 }

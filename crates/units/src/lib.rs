@@ -6,7 +6,7 @@ mod unit;
 mod worded;
 
 pub use dimension::Dimension;
-pub use unit::Unit;
+pub use unit::{Unit, in_digits, rounded};
 
 use std::fmt;
 use std::str::FromStr;

@@ -181,6 +181,24 @@ fn named(base: &'static str, exponent: i32, range: RangeInclusive<i32>) -> Optio
     Some(Unit::si(base, exponent, word))
 }
 
+/// A number rounded to some significant digits.
+#[must_use]
+pub fn rounded(value: f64, digits: usize) -> f64 {
+    let scientific = format!("{value:.0$e}", digits - 1);
+    scientific.parse().unwrap_or(value)
+}
+
+/// A number in one line with some significant digits, without zeros that end them: plain from 10⁻³ to a limit.
+#[must_use]
+pub fn in_digits(value: f64, digits: usize, limit: f64) -> String {
+    let rounded = rounded(value, digits);
+    if rounded == 0.0 || (1e-3..limit).contains(&rounded.abs()) {
+        rounded.to_string()
+    } else {
+        format!("{rounded:e}")
+    }
+}
+
 /// Digits after the point where the largest of some numbers is told with four; `None` where a power of ten tells it better.
 fn digits_after_point(largest: f64) -> Option<usize> {
     match largest {
