@@ -128,15 +128,15 @@ fn write_path(
     threads: usize,
 ) -> Result<(), StageError> {
     let started = Instant::now();
-    let mesh = family.base().mesh();
-    let layout = SERIES_LAYOUT.in_units(family.base().scene().units);
+    let mesh = family.base.mesh();
+    let layout = SERIES_LAYOUT.in_units(family.base.scene().units);
     let file = RunFile::lock(file, layout, IfMissing::Create)?;
     let mut transaction = Transaction::begin(&file)?;
     let mut writer = transaction.group(format::VTKHDF)?;
     let mut series = format::begin_path_series(&mut writer, mesh, path)?;
     for point in &path.points {
         let problem = family.problem_at(point.parameter)?;
-        require_same_mesh(mesh, problem.mesh(), &family.range().key)?;
+        require_same_mesh(mesh, problem.mesh(), &family.range.key)?;
         let report = problem.report(&problem.state_of(point.multiplier.clone()))?;
         let contact = problem.contact_side();
         let frame = contact.map(|contact| &contact.interface.frame);

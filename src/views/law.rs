@@ -45,7 +45,7 @@ fn chart(law: &FaceLaw, title: &str, extent: f64, units: Units) -> Chart {
     let place = middle_node(&law.positions);
     let value = |axis: usize, slip: f64| {
         let slips = [0, 1].map(|k| if k == axis { slip } else { 0.0 });
-        coefficients[axis].evaluate(&law.law().point([0.0; 3], axis, place, slips))
+        coefficients[axis].evaluate(&law.law.point([0.0; 3], axis, place, slips))
     };
     let axes = 0..coefficients.len();
     let (scale, [low, high]) = slips_of_change(axes.clone(), extent, value);
@@ -74,7 +74,7 @@ fn chart(law: &FaceLaw, title: &str, extent: f64, units: Units) -> Chart {
         _ => "slip |u_t1| or |u_t2|, without the other",
     }
     .to_owned();
-    if law.law().depends_on_place() {
+    if law.law.depends_on_place() {
         let [x, y, z] = place;
         slip += &format!(" at x, y, z = {x:.4}, {y:.4}, {z:.4}");
     }

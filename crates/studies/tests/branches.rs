@@ -49,7 +49,7 @@ fn follow(
     let folder = folder();
     let family = Family::new(range, &at, &folder).expect("a family");
     let branches = Branches::follow(&family, all, &mut |_, _| {}).expect("paths");
-    let contact = family.base().system.contact.as_ref().expect("contact");
+    let contact = family.base.system.contact.as_ref().expect("contact");
     Followed {
         branches,
         dual: contact.explicit().expect("a dense operator").clone(),

@@ -35,7 +35,8 @@ pub struct CoulombLaw {
 pub struct FaceLaw {
     /// Its key in the scene.
     pub(super) key: String,
-    law: FrictionLaw,
+    /// The law as a function of place and slip; its evaluations are not counted.
+    pub law: FrictionLaw,
     /// Contact nodes, `[n_contact_nodes]` of the face, in m.
     pub positions: Vec<[f64; 3]>,
     /// The first of them among all contact nodes.
@@ -81,11 +82,6 @@ impl FaceLaw {
         }
     }
 
-    /// Whether the slip bound follows the pressure.
-    pub(super) fn follows_pressure(&self) -> bool {
-        self.bound.follows_pressure()
-    }
-
     /// The semi-axes g F₁, g F₂ in Pa on the panes of a face with given slip bounds, whose coefficients are constant; none
     /// for other laws.
     pub(super) fn given_semi_axes(&self) -> impl Iterator<Item = [f64; 2]> {
@@ -93,12 +89,6 @@ impl FaceLaw {
         self.of_panes
             .iter()
             .map(move |g| coefficients.map(|f| f * g))
-    }
-
-    /// The law as a function of place and slip; its evaluations are not counted.
-    #[must_use]
-    pub fn law(&self) -> &FrictionLaw {
-        &self.law
     }
 
     /// F of an isotropic law, or F₁ and F₂.

@@ -269,7 +269,7 @@ impl InterfaceFriction {
         if laws.is_empty() {
             return Ok(Self::Frictionless);
         }
-        if !laws.iter().any(FaceLaw::follows_pressure) {
+        if !laws.iter().any(|law| law.bound.follows_pressure()) {
             return Ok(Self::Tresca(
                 laws.iter().flat_map(FaceLaw::given_semi_axes).collect(),
             ));

@@ -78,7 +78,7 @@ fn extreme_of(
 fn anisotropy(law: &FaceLaw, largest_slip: f64) -> LawExtreme {
     let axes: Vec<usize> = (0..law.coefficients().len()).collect();
     let sweep = Sweep::new(law, &axes, largest_slip);
-    let values = |x, s| law.law().evaluate([0.0; 3], x, s);
+    let values = |x, s| law.law.evaluate([0.0; 3], x, s);
     let peak = sweep.maximise(0, |x, s| {
         let [first, second] = values(x, s);
         first.max(second) / first.min(second)
@@ -93,13 +93,13 @@ fn anisotropy(law: &FaceLaw, largest_slip: f64) -> LawExtreme {
 impl FaceLaw {
     /// One coefficient at a place for some slips.
     fn value(&self, axis: usize, position: [f64; 3], slip: [f64; 2]) -> f64 {
-        let at = self.law().point([0.0; 3], axis, position, slip);
+        let at = self.law.point([0.0; 3], axis, position, slip);
         self.coefficients()[axis].evaluate(&at)
     }
 
     /// The norm of its gradient by the slips.
     fn slope(&self, axis: usize, position: [f64; 3], slip: [f64; 2]) -> f64 {
-        let at = self.law().point([0.0; 3], axis, position, slip);
+        let at = self.law.point([0.0; 3], axis, position, slip);
         let derivative = self.coefficients()[axis].derivative(&at);
         let mut gradient = derivative.pair;
         gradient[axis] += derivative.own;

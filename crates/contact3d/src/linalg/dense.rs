@@ -58,7 +58,8 @@ fn threads_for(n: usize) -> Par {
 pub struct DenseLu {
     lu: Mat<f64>,
     permutation: Perm<usize>,
-    sign: i8,
+    /// The sign of the determinant.
+    pub sign: i8,
 }
 
 impl DenseLu {
@@ -91,12 +92,6 @@ impl DenseLu {
             permutation: Perm::new_checked(forward.into(), backward.into(), n),
             sign: if negative.is_multiple_of(2) { 1 } else { -1 },
         })
-    }
-
-    /// The sign of the determinant.
-    #[must_use]
-    pub fn sign(&self) -> i8 {
-        self.sign
     }
 
     /// Solves in place for the columns of a column-major right-hand side.

@@ -207,7 +207,7 @@ pub fn keys() -> &'static BTreeMap<String, Key> {
     static KEYS: LazyLock<BTreeMap<String, Key>> = LazyLock::new(|| {
         let schema = SchemaTree::of::<Scene>();
         let mut keys = BTreeMap::new();
-        add_keys(&schema, schema.root(), "", None, &mut keys);
+        add_keys(&schema, &schema.0, "", None, &mut keys);
         keys
     });
     &KEYS

@@ -15,7 +15,7 @@ use toml::{
 use super::{Expression, SyntaxProblem, source::whole_limit};
 
 /// The JSON Schema of a type.
-pub(super) struct SchemaTree(Schema);
+pub(super) struct SchemaTree(pub(super) Schema);
 
 /// The kind of a schema that lists words and tables with one key.
 pub(super) const CHOICE: &str = "choice";
@@ -27,11 +27,6 @@ impl SchemaTree {
     /// The schema of a type.
     pub(super) fn of<T: JsonSchema>() -> Self {
         Self(schema_for!(T).to_value())
-    }
-
-    /// The schema of the type itself.
-    pub(super) fn root(&self) -> &Schema {
-        &self.0
     }
 
     /// The schemas of which a value follows one.

@@ -51,7 +51,7 @@ impl Source {
             text,
             places: Vec::new(),
         };
-        let checked = checker.table(schema.root(), "", table.get_ref(), 0..0);
+        let checked = checker.table(&schema.0, "", table.get_ref(), 0..0);
         source.places = checker.places;
         checked.map_err(|problem| source.syntax(problem))?;
         let value = T::deserialize(Deserializer::from(table));

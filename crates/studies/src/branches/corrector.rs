@@ -239,9 +239,9 @@ pub(super) fn unit(vector: &[f64]) -> Vec<f64> {
 /// The sign of det [R'; t] from a factor of [R'; n]: det [R'; n] = (nᵀt) det [R'; t].
 fn orientation(lu: &DenseLu, tangent: &[f64], normal: &[f64]) -> i8 {
     if dot(tangent, normal) < 0.0 {
-        -lu.sign()
+        -lu.sign
     } else {
-        lu.sign()
+        lu.sign
     }
 }
 
@@ -296,6 +296,6 @@ mod tests {
     fn one_equation_and_its_border() {
         // One equation x + 2 y, bordered by (2, −1).
         let lu = bordered(&[1.0, 2.0], &[2.0, -1.0]).unwrap();
-        assert_eq!(lu.sign(), -1);
+        assert_eq!(lu.sign, -1);
     }
 }

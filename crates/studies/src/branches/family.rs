@@ -31,11 +31,13 @@ enum Dependence {
 
 /// The contact problems of a scene in a range of a parameter.
 pub struct Family<'a> {
-    range: ParameterRange,
+    /// The range.
+    pub range: ParameterRange,
     /// The scene at a value of the parameter.
     scene_at: &'a dyn Fn(f64) -> Result<Scene, InvalidValue>,
     folder: &'a Path,
-    base: Arc<AssembledProblem>,
+    /// The assembled problem from which those of all values follow.
+    pub base: Arc<AssembledProblem>,
     local: Arc<LocalStiffness>,
     interface: Arc<Interface>,
     dependence: Dependence,
@@ -130,18 +132,6 @@ impl<'a> Family<'a> {
             dependence,
             kept: RefCell::default(),
         })
-    }
-
-    /// The range.
-    #[must_use]
-    pub fn range(&self) -> &ParameterRange {
-        &self.range
-    }
-
-    /// The assembled problem from which those of all values follow.
-    #[must_use]
-    pub fn base(&self) -> &AssembledProblem {
-        &self.base
     }
 
     /// The scene at s.

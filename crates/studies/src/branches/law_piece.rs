@@ -42,7 +42,7 @@ impl<'a> LawPieces<'a> {
 
     /// Whether coefficients read the length of the slip and not its components.
     pub(super) fn is_radial(&self) -> bool {
-        matches!(self.law.only().law(), FrictionLaw::Isotropic(law) if !matches!(law, Coefficient::Grid(_)))
+        matches!(&self.law.only().law, FrictionLaw::Isotropic(law) if !matches!(law, Coefficient::Grid(_)))
     }
 
     /// The knots along the slip of each axis, or along its length.
@@ -87,7 +87,7 @@ impl<'a> LawPieces<'a> {
 
     /// The own slip of a coefficient and its derivatives by both slips.
     fn own(&self, coefficient: usize, slip: [f64; 2]) -> (f64, [f64; 2]) {
-        let axis = match self.law.only().law() {
+        let axis = match &self.law.only().law {
             FrictionLaw::Orthotropic(_) => coefficient,
             FrictionLaw::Isotropic(_) if slip[1] == 0.0 => 0,
             FrictionLaw::Isotropic(_) if slip[0] == 0.0 => 1,
@@ -302,7 +302,7 @@ impl LawPieces<'_> {
 
     /// Whether the law has a kink where u_t along an axis changes its sign.
     fn bends_at_reversal(&self, axis: usize, slip: [f64; 2]) -> bool {
-        match self.law.only().law() {
+        match &self.law.only().law {
             FrictionLaw::Isotropic(Coefficient::Ramp(_) | Coefficient::Table(_)) => {
                 slip[1 - axis] == 0.0
             }

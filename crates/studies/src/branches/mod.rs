@@ -86,7 +86,7 @@ impl Branches {
     ) -> Result<Self, ProblemError> {
         let equations = PieceEquations::new(family)?;
         let mut found = Self {
-            range: family.range().clone(),
+            range: family.range.clone(),
             all,
             stress: equations.stress,
             ..Self::default()

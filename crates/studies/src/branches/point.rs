@@ -89,7 +89,7 @@ impl PieceEquations<'_> {
             areas.map(|(pane, area)| area * stress(pane)).sum()
         };
         Ok(PathPoint {
-            parameter: self.family.range().value(state.parameter().clamp(0.0, 1.0)),
+            parameter: self.family.range.value(state.parameter().clamp(0.0, 1.0)),
             residual: self.natural_residual(&state.point)?,
             determinant: match kind {
                 PointKind::Fold => 0,

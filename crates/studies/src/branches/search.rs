@@ -287,7 +287,7 @@ pub(super) fn solver_rays(equations: &PieceEquations<'_>) -> Result<Vec<HalfPath
     let mut last = Status::Converged;
     for s in [0.0].into_iter().chain(INSIDE) {
         let family = equations.family;
-        let problem = family.problem_at(family.range().value(s))?;
+        let problem = family.problem_at(family.range.value(s))?;
         let solution = problem.solve(&problem.scene().solve)?;
         last = solution.status;
         if !solution.status.is_solved() {
@@ -301,7 +301,7 @@ pub(super) fn solver_rays(equations: &PieceEquations<'_>) -> Result<Vec<HalfPath
         }
     }
     Err(InvalidValue {
-        key: equations.family.range().key.clone(),
+        key: equations.family.range.key.clone(),
         expected: "a solution near the start of the range, from which a path leads".into(),
         found: format!("status {} there", last.word()),
         help: "begin at another value with --from".into(),

@@ -144,11 +144,7 @@ fn strongest_friction(law: &CoulombLaw, laws: &PaneLaws) -> Vec<[f64; 2]> {
     let field = FrictionField::new(law, &laws.average, &[]);
     let panes = field.pane_inverse.iter();
     let mut strongest: Vec<[f64; 2]> = panes.map(|inverse| inverse.map(f64::recip)).collect();
-    for face in law
-        .faces()
-        .iter()
-        .filter(|face| face.law().depends_on_slip())
-    {
+    for face in law.faces().iter().filter(|face| face.law.depends_on_slip()) {
         // No slip of a solution is larger than the face.
         let extent = extents(&face.positions).into_iter().fold(0.0, f64::max);
         let largest = LawBounds::new(face, extent).largest.value;

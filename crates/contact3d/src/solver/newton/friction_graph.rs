@@ -161,7 +161,7 @@ impl<'a> FrictionGraph<'a> {
         let largest_free_slip = all.fold(0.0_f64, |most, s| most.max(*s));
         let mut coefficients = Vec::new();
         for face in law.faces() {
-            let axes: &[Option<usize>] = match face.law() {
+            let axes: &[Option<usize>] = match &face.law {
                 FrictionLaw::Isotropic(_) => &[None],
                 FrictionLaw::Orthotropic(_) => &[Some(0), Some(1)],
             };

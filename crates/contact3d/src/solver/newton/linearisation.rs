@@ -232,7 +232,7 @@ impl FrictionCorrection {
     fn sign_and_distance(&self) -> (i8, f64) {
         let count = self.rows.len();
         let sum = Mat::<f64>::identity(count, count) - self.matrix();
-        DenseLu::of(sum).map_or((0, 0.0), |lu| (lu.sign(), least_modulus(&lu, count)))
+        DenseLu::of(sum).map_or((0, 0.0), |lu| (lu.sign, least_modulus(&lu, count)))
     }
 }
 

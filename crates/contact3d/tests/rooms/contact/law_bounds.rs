@@ -138,11 +138,11 @@ proptest! {
         let mut steepest = 0.0_f64;
         let mut ratio = 1.0_f64;
         for (s1, s2) in points {
-            let [first, second] = law.law().evaluate([0.0; 3], [0.0; 3], [s1, s2]);
+            let [first, second] = law.law.evaluate([0.0; 3], [0.0; 3], [s1, s2]);
             prop_assert!(first.min(second) >= bounds.smallest.value - 1e-15);
             prop_assert!(first.max(second) <= bounds.largest.value + 1e-15);
             ratio = ratio.max(first / second).max(second / first);
-            for [a, b] in law.law().derivative([0.0; 3], [0.0; 3], [s1, s2]) {
+            for [a, b] in law.law.derivative([0.0; 3], [0.0; 3], [s1, s2]) {
                 steepest = steepest.max(a.hypot(b));
             }
         }
