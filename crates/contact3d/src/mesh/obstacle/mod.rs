@@ -284,11 +284,9 @@ impl Penetration {
             return;
         }
         self.places += 1;
-        let excess = |depth: f64, allowed: f64| depth - allowed;
-        let deepest = self
-            .deepest
-            .map_or(f64::NEG_INFINITY, |(_, d, a)| excess(d, a));
-        if distance.is_nan() || excess(-distance, allowed) > deepest {
+        let least = f64::NEG_INFINITY;
+        let deepest = self.deepest.map_or(least, |(_, d, a)| d - a);
+        if distance.is_nan() || -distance - allowed > deepest {
             self.deepest = Some((at, -distance, allowed));
         }
     }
