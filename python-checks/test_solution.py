@@ -241,11 +241,14 @@ def test_nodal_stresses(run, problem, stress, nodal_stress):
     np.maximum.at(near, tetrahedra, around[tetrahedra].max(axis=1, keepdims=True))
     reach = von_mises(nodal_stress) + near
     place = (problem.coordinates == largest["place"][:]).all(axis=1).argmax()
+    assert run["post/von_mises"][place] == value
     if "concentration" in largest:
         assert largest["error"][()] == np.inf
-        assert reach[place] > value or largest["concentration"][()] == b"an edge of the contact face"
+        at = (problem.coordinates == largest["concentration_place"][:]).all(axis=1)
+        # Half the size of tetrahedra makes at most half as much again of it.
+        may_lead = at.any() and max(reach[at.argmax()], 1.5 * run["post/von_mises"][at.argmax()]) > value
+        assert may_lead or largest["concentration"][()] == b"contact"
         return
-    assert run["post/von_mises"][place] == value
     least = max(1.5 * near[place], reach.max() - value)
     # The bar of the largest pressure may be wider.
     assert close(max(largest["error"][()], least), largest["error"][()], 1e-10)

@@ -190,17 +190,22 @@ pub(super) fn edge_words(at: StressConcentration) -> &'static str {
     }
 }
 
-/// A value at a place with its error bar, in its unit where the bar is larger than the value, without one that is infinite; `edge` is what
-/// it has no limit at.
+/// A value at a place with its error bar, in its unit where the bar is larger than the value, without one that is infinite; `grows` is where
+/// it has no limit, with another place than its own.
 pub(super) fn with_bar(
     unit: &Unit,
     [value, bar]: [f64; 2],
     place: &str,
-    edge: Option<&str>,
+    grows: Option<(StressConcentration, Option<String>)>,
 ) -> String {
     let told = unit.told(&[value]);
-    if let Some(edge) = edge {
-        return format!("above {told}{place}, {edge} where it grows with every finer mesh");
+    if let Some((what, elsewhere)) = grows {
+        let edge = edge_words(what);
+        let where_it_grows = match elsewhere {
+            None => format!(", {edge} where it grows with every finer mesh"),
+            Some(at) => format!("; grows with every finer mesh at {at}, {edge}"),
+        };
+        return format!("above {told}{place}{where_it_grows}");
     }
     if bar.is_infinite() {
         return told + place;

@@ -23,8 +23,8 @@ use super::{
     Digits::Scientific,
     FigureTable, Figures,
     answer::{
-        edge_words, fold_words, name_of_quantity, null_space_motions, quantities_json,
-        radius_words, sign_words, with_bar,
+        fold_words, name_of_quantity, null_space_motions, quantities_json, radius_words,
+        sign_words, with_bar,
     },
     levels::name,
     status::status,
@@ -378,6 +378,7 @@ impl<'a> SolvedRun<'a> {
         figures.json_only("largest_von_mises.error", largest.error);
         figures.json_only("largest_von_mises.place", largest.at);
         figures.json_only("largest_von_mises.concentration", largest.concentration.map(StressConcentration::word));
+        figures.json_only("largest_von_mises.concentration_place", largest.concentration.map(|_| largest.limit));
         figures.json_only("largest_displacement", r.largest_displacement);
         figures.told("largest |u_x|, |u_y|, |u_z|", Dimension::LENGTH, Some(r.largest_displacement_along));
         figures.json_only("largest_displacement_along", r.largest_displacement_along);
@@ -389,12 +390,13 @@ impl<'a> SolvedRun<'a> {
         let largest = self.report.largest_von_mises;
         let [stress, length] =
             [Dimension::STRESS, Dimension::LENGTH].map(|it| self.scene.units.of(it));
-        let edge = largest.concentration.map(edge_words);
+        let elsewhere = (largest.limit != largest.at).then(|| length.told(&largest.limit));
+        let grows = largest.concentration.map(|what| (what, elsewhere));
         let mut place = format!(" at {}", length.told(&largest.at));
-        if edge.is_none() && largest.error.is_infinite() {
+        if grows.is_none() && largest.error.is_infinite() {
             place += self.if_unresolved();
         }
-        let shown = || with_bar(&stress, [largest.value, largest.error], &place, edge);
+        let shown = || with_bar(&stress, [largest.value, largest.error], &place, grows);
         let is_stressed = largest.value > 0.0 && self.is_strained();
         (self.solution.has_computed_solution() && is_stressed).then(shown)
     }

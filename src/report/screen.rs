@@ -11,7 +11,7 @@ use units::{Dimension, Unit};
 
 use super::{
     Figures, SolvedRun,
-    answer::{edge_words, motion_words, name_of_quantity, null_space_words, with_bar},
+    answer::{motion_words, name_of_quantity, null_space_words, with_bar},
     increment_in_words,
 };
 use crate::format::{Stage, dimension_of_quantity as dimension};
@@ -326,17 +326,17 @@ impl SolvedRun<'_> {
         let unbounded = self.unbounded.filter(|of| *of == it.functional);
         let grows = self.report.concentration(it.functional);
         let grows = grows.or(unbounded.map(|_| StressConcentration::Contact));
-        let edge = grows.map(edge_words);
+        let grows = grows.map(|what| (what, None));
         // A mesh for the energy norm may leave a peak far behind.
         let is_behind = it.functional == Functional::LargestPressure
             && it.relative() > 0.25
             && self.scene.element() == ElementOrder::P2;
         let of_energy = self.scene.adapt.filter(|adapt| adapt.of.is_none());
-        let more = match is_behind && edge.is_none() && of_energy.is_some() {
+        let more = match is_behind && grows.is_none() && of_energy.is_some() {
             true => "; --quantity largest_pressure refines for it",
             false => "",
         };
-        with_bar(unit, [it.value, it.error_bar()], &place, edge) + more
+        with_bar(unit, [it.value, it.error_bar()], &place, grows) + more
     }
 }
 

@@ -148,6 +148,7 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
     assert!(absent.remove(INDICATOR), "no target for a quantity");
     // Only where the largest stress is at one.
     absent.remove("/post/largest_von_mises/concentration");
+    absent.remove("/post/largest_von_mises/concentration_place");
     let tables = tables.concat();
     // Above a half of the answer its quantities have no estimates.
     let error = reader.read_vec::<f64>("/post/discretisation_error/total");

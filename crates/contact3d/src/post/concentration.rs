@@ -225,9 +225,9 @@ impl<'a> Concentrations<'a> {
 
 /// An edge of the boundary.
 #[derive(Clone, Copy)]
-struct Edge {
+pub(super) struct Edge {
     /// Two triangles there, and which of their edges it is.
-    sides: [(usize, usize); 2],
+    pub(super) sides: [(usize, usize); 2],
     /// Its direction.
     along: Vector3<f64>,
     /// That inside the body in degrees.
@@ -235,7 +235,8 @@ struct Edge {
 }
 
 impl Edge {
-    fn nodes(&self, mesh: &Mesh) -> [usize; 3] {
+    /// Its nodes: both ends and its middle, an end of straight ones.
+    pub(super) fn nodes(&self, mesh: &Mesh) -> [usize; 3] {
         let (facet, edge) = self.sides[0];
         let nodes: Vec<usize> = mesh.facet_nodes(facet).collect();
         let [a, b] = TRIANGLE_EDGES[edge].map(|corner| nodes[corner]);
@@ -292,7 +293,7 @@ impl Edge {
     }
 
     /// Whether stress has no bound there since the triangles hold these other directions than each other.
-    fn is_singular(&self, held: [Matrix3<f64>; 2]) -> bool {
+    pub(super) fn is_singular(&self, held: [Matrix3<f64>; 2]) -> bool {
         // Projections onto different axes differ by one at least.
         if (held[0] - held[1]).norm() < 0.5 {
             return false;
@@ -308,7 +309,7 @@ impl Edge {
 }
 
 /// The edges of the boundary, each with two of its triangles.
-fn edges(mesh: &Mesh) -> impl Iterator<Item = Edge> {
+pub(super) fn edges(mesh: &Mesh) -> impl Iterator<Item = Edge> {
     let mut sides: BTreeMap<[usize; 2], Vec<(usize, usize)>> = BTreeMap::new();
     for (facet, corners) in mesh.facets.iter().enumerate() {
         for (edge, ends) in TRIANGLE_EDGES.iter().enumerate() {
