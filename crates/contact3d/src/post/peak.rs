@@ -19,6 +19,7 @@ use super::{
 };
 use crate::{
     mesh::GEOMETRY_TOLERANCE,
+    reference::quadrature,
     scene::{ContactFeatures, Functional},
 };
 
@@ -69,7 +70,9 @@ pub(super) fn largest_pressure(
     let bar = match shape_of_peak((solved, contact), panes, stiffness, highest) {
         (PeakShape::Resolved, falls) => largest * falls[0].max(falls[1].abs()).max(0.02),
         // What looks like an edge may be a trough between waves that panes do not see.
-        (PeakShape::Growing, _) if is_flat || !is_uneven => f64::INFINITY,
+        (PeakShape::Growing, _) if !is_uneven || is_level(solved, contact, highest) => {
+            f64::INFINITY
+        }
         (_, falls) => largest * falls[0].max(0.2),
     };
     let bar = match is_uneven || !is_flat {
@@ -86,6 +89,23 @@ pub(super) fn largest_pressure(
         kinks: 0,
         indicator: Vec::new(),
     })
+}
+
+/// Whether the half-space behind a face is the same distance away all over a pane.
+fn is_level(solved: &Solved<'_>, contact: &SolvedContact<'_>, pane: usize) -> bool {
+    let (mesh, surface) = (solved.mesh, contact.state.surface);
+    let features = &solved.scene.contact_features()[surface.face_of_pane(pane)];
+    let Some(gap) = &features.gap else {
+        return features.obstacle.is_none();
+    };
+    let facets = surface.facets.iter().enumerate();
+    let of_pane = facets.filter(|(it, _)| surface.panes_of_facet(mesh, *it).contains(&pane));
+    let mut gaps = of_pane.flat_map(|(_, &facet)| {
+        let corners = mesh.corners(&mesh.facets[facet]);
+        quadrature::triangle_4().map(move |(share, _)| gap.at(quadrature::point(&corners, &share)))
+    });
+    let first = gaps.next();
+    features.obstacle.is_none() && gaps.all(|gap| Some(gap) == first)
 }
 
 /// The shape of the peak with d₁ and d₂.

@@ -352,6 +352,19 @@ fn concentrations_of_stress_have_their_names() {
         assert_eq!(largest.concentration, Some(expected), "{largest:?}");
         assert_eq!(largest.error, f64::INFINITY);
     }
+    // Pressed in the middle, pulled at the end: a rim below the largest stress is named where the next mesh may make it the largest.
+    let pinched = |pressure: f64| {
+        let bulge = format!("'{pressure:e}*exp(-((x - 1.2)/0.4)^2)'");
+        let rest = format!(
+            "{steel}\nclamp = [{{ face = 'x_min' }}]\ntraction = [{{ face = 'x_max', value = [1e8, 0, 0] }}]
+             pressure = [{{ face = 'z_max', value = {bulge} }}, {{ face = 'z_min', value = {bulge} }}]"
+        );
+        brick("[2, 1, 1]", "[16, 8, 8]", &rest)
+    };
+    let [rim, middle] = [5e7, 1e8].map(pinched);
+    assert_eq!(rim.concentration, Some(StressConcentration::Clamp));
+    assert!(rim.at[0] > 1.0 && rim.limit[0] == 0.0, "{rim:?}");
+    assert!(middle.concentration.is_none() && middle.error < 0.2 * middle.value);
 }
 
 /// A change of what is held makes stress unbounded where the body and its mirror image make an edge of more than 180°, and a load where it

@@ -286,3 +286,33 @@ fn the_largest_pressure_is_told_where_it_has_a_limit() {
     );
     assert!(high - low < 0.5 * peak.value, "{peak:?}");
 }
+
+/// Contact without friction has no bound at an edge inside a plane, as of a punch, on meshes of any size and with any multipliers; at the
+/// end of a block it has one, however steep the pressure is on a coarse mesh.
+#[test]
+fn theory_tells_where_pressure_without_friction_has_no_bound() {
+    let bar = |cells: [usize; 3], contact: &str| {
+        let text = format!(
+            "title = 'edges'
+            body.brick = {{ size = [2, 0.25, 1], cells = {cells:?} }}
+            material.isotropic = {{ young_modulus = 2e11, poisson_ratio = 0.3 }}
+            clamp = [{{ face = 'y_min', components = ['y'] }}, {{ face = 'y_max', components = ['y'] }},
+                     {{ face = 'x_min', components = ['x'] }}]
+            pressure = [{{ face = 'z_max', value = 1e6 }}]
+            contact = {{ face = 'z_min', {contact} }}"
+        );
+        let report = report(&Scene::parse("edges", &text).expect("a scene"), &[]);
+        let peak = report.functional(Functional::LargestPressure);
+        peak.expect("a largest pressure").error_bar()
+    };
+    let boxed = "box = [[0.5, 0, 0], [1.5, 0.25, 0]]";
+    let punch = "gap = 'if(abs(x - 1) < 0.501, 0, 1e-3)'";
+    for multipliers in ["panes", "nodal"] {
+        for edges in [boxed, punch] {
+            let contact = format!("{edges}, multipliers = '{multipliers}'");
+            assert_eq!(bar([16, 2, 8], &contact), f64::INFINITY, "{contact}");
+        }
+        let dip = format!("gap = '2e-6*(1 - exp(-25*(x - 2)^2))', multipliers = '{multipliers}'");
+        assert!(bar([8, 2, 4], &dip).is_finite() && bar([16, 2, 8], &dip).is_finite());
+    }
+}
