@@ -129,12 +129,15 @@ pub(super) fn unmet(adapted: &RefinedLevels, target: f64) -> Option<String> {
             "the next mesh is forecast to take more than is left of --budget"
         }
         AdaptiveStatus::Unbounded => {
-            "the largest value grows with every finer mesh, as at a sharp edge, so the body has none: refine for \
-             { mean_pressure = { box = [[X, Y, Z], [X, Y, Z]] } } or another quantity, or round the edge"
+            "the largest value grows with every finer mesh, as at a sharp edge, and has no limit that meshes come near: \
+             round the edge, or refine for another quantity, in contact { mean_pressure = { box = [[X, Y, Z], [X, Y, Z]] } }"
         }
         AdaptiveStatus::Stalled => "finer meshes do not lower the estimate any more",
     };
-    Some(format!(
-        "NOT MET: the error is {reached}, {target} was asked for; {why}"
-    ))
+    // What has no limit has no error.
+    let reached = match adapted.status {
+        AdaptiveStatus::Unbounded => String::new(),
+        _ => format!("the error is {reached}, "),
+    };
+    Some(format!("NOT MET: {reached}{target} was asked for; {why}"))
 }

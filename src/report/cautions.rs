@@ -13,9 +13,18 @@ use super::{SolvedRun, percent};
 impl SolvedRun<'_> {
     /// All of it, in the order of its weight.
     pub(super) fn all_cautions(&self) -> Vec<String> {
-        let nothing = self.nothing_touches().into_iter();
+        let nothing = self.nothing_moves().into_iter();
+        let nothing = nothing.chain(self.nothing_touches());
         let cautions = nothing.chain(self.beyond_theory());
         cautions.chain(self.narrow_contact()).collect()
+    }
+
+    /// That a scene without a load history leaves everything where it is.
+    fn nothing_moves(&self) -> Option<String> {
+        let is_static = self.solution.has_computed_solution() && self.increments.is_empty();
+        let is_still = is_static && self.report.resultants.largest_displacement == 0.0;
+        let words = "nothing moves: no load acts on displacements that are free, and no clamp or tool moves";
+        is_still.then(|| words.to_owned())
     }
 
     /// That all panes are open, by how much at least, and what to look at; `None` where one touches.
@@ -48,14 +57,13 @@ impl SolvedRun<'_> {
             };
             return Some(format!("no pane is pressed: {what}"));
         }
-        let unit = self.scene.units.of(Dimension::LENGTH);
+        let gap = self.scene.units.of(Dimension::LENGTH).told(&[gap]);
         let what = match self.scene.bodies_touch() {
             true => "bodies",
             false => "obstacle",
         };
         Some(format!(
-            "no pane is in contact, the smallest gap left is {gap:.3e} {}: check the place of the {what}, the directions of the loads (a positive pressure pushes into the body) and the unit of lengths",
-            unit.word()
+            "no pane is in contact, the smallest gap left is {gap}: check the place of the {what}, the directions of the loads (a positive pressure pushes into the body) and the unit of lengths"
         ))
     }
 

@@ -107,6 +107,17 @@ fn a_face_that_touches_nothing_is_warned_of() {
     assert!(!text.contains("no pane is in contact"), "{text}");
 }
 
+/// A clamped body without a load.
+#[test]
+fn a_scene_in_which_nothing_moves_is_warned_of() {
+    let program = Program::new();
+    let warning = "warning: nothing moves: no load acts on displacements that are free";
+    let text = run(&program, "elastic_only.toml", &["traction=[]"]);
+    assert_eq!(text.matches(warning).count(), 1, "{text}");
+    let text = run(&program, "elastic_only.toml", &[]);
+    assert!(!text.contains("nothing moves"), "{text}");
+}
+
 #[test]
 fn parameters_that_no_formula_uses_are_warned_of() {
     let program = Program::new();
