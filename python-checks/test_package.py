@@ -158,6 +158,9 @@ def test_pyvista_reads_what_is_exported(solved, tmp_path):
     np.testing.assert_array_equal(body["von_mises"], tree["post/von_mises"].values)
     np.testing.assert_array_equal(body["stress"], grid["stress"])
     stress, error = (tree[f"post/largest_von_mises/{name}"].item() for name in ("value", "error"))
+    values, place = tree["post/von_mises"], tree["post/largest_von_mises/place"].values
+    is_there = np.all([values[f"material_node_{axis}"] == x for axis, x in zip("xyz", place, strict=True)], axis=0)
+    assert values.values[is_there].max() == stress
     told = tree.summary["largest von Mises"]
     assert f"{stress / 1e6:.4g} MPa" in told and ("± " in told) == np.isfinite(error)
     with pytest.raises(package.BadInput, match="reads that file"):

@@ -69,13 +69,14 @@ def _groups(content: h5py.File) -> list[tuple[str, h5py.Group]]:
 
 
 def _places(content: h5py.File, matrices: Matrices) -> dict[str, xr.Variable]:
-    """The places of nodes, contact nodes and panes, as coordinates."""
+    """The places of nodes, also in each of their materials, of contact nodes and of panes, as coordinates."""
     if "mesh/coordinates" not in content:
         return {}
     stored = content["mesh/coordinates"]
     unit = {"units": stored.attrs["units"]}
     nodes = stored[:]
-    points = {"node": ("n_nodes", nodes)}
+    material = content["post/material_nodes"][:, 0] if "post/material_nodes" in content else slice(None)
+    points = {"node": ("n_nodes", nodes), "material_node": ("n_material_nodes", nodes[material])}
     if "mesh/contact_nodes" in content:
         contact = nodes[content["mesh/contact_nodes"][:]]
         points["contact"] = ("n_contact_nodes", contact)
