@@ -112,7 +112,7 @@ impl<'a> Margins<'a> {
         let mut area: Vec<f64> = surface
             .facets
             .iter()
-            .map(|facet| solved.mesh.facet_area(*facet))
+            .map(|facet| solved.mesh.side_integrals(*facet).0)
             .collect();
         for (pane, area) in panes().zip(&area) {
             if let Some(pane) = pane {
