@@ -203,7 +203,7 @@ pub(super) fn with_bar(
         let edge = edge_words(what);
         let where_it_grows = match elsewhere {
             None => format!(", {edge} where it grows with every finer mesh"),
-            Some(at) => format!("; grows with every finer mesh at {at}, {edge}"),
+            Some(at) => format!(" on this mesh; grows with every finer one at {at}, {edge}"),
         };
         return format!("above {told}{place}{where_it_grows}");
     }

@@ -7,15 +7,16 @@
 //! * for ω > arccos √ν, taken as 45° since a load there makes a logarithm at equality, where one side holds all directions across the edge and the other one none,
 //! * for ω > 90° where they differ otherwise: the body and its mirror image at the side make an edge of 2ω.
 //!
-//! Springs hold a direction as clamps do where one side of a triangle of the body is softer than they are. Where the part τ of a traction
-//! along a flat face jumps, stress goes as (2/π) τ ln r; where a pressure jumps, it is bounded.
+//! Springs hold a direction as clamps do where one side of a triangle of the body is softer than they are, and contact without friction on
+//! something rigid holds its normal where it is pressed. Where the part τ of a traction along a flat face jumps, stress goes as (2/π) τ ln r;
+//! at a side that holds its normal alone a face and its mirror image have a jump of 2τ. Where a pressure jumps, it is bounded.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::{
-    Solved,
+    PaneState, Solved,
     estimate::{joint_sides, opposite_in},
 };
 use crate::{
@@ -56,6 +57,10 @@ pub(super) struct Concentrations<'a> {
     mesh: &'a Mesh,
     /// The directions that clamps and tools hold all over each boundary triangle, as a projection, `[n_facets]`.
     clamped: Vec<Matrix3<f64>>,
+    /// The normal of each triangle that is pressed without friction on something rigid, as a projection.
+    support: BTreeMap<usize, Matrix3<f64>>,
+    /// Whether each triangle is one of contact, `[n_facets]`.
+    in_contact: Vec<bool>,
     /// `[n_nodes]`.
     of_nodes: Vec<Option<StressConcentration>>,
     /// Whether materials meet at the surface, `[n_nodes]`.
@@ -63,10 +68,11 @@ pub(super) struct Concentrations<'a> {
 }
 
 impl<'a> Concentrations<'a> {
-    /// Those of a body with a displacement in m, reactions of its clamps in N and a largest stress in Pa.
+    /// Those of a body with the states of its panes, a displacement in m, reactions of its clamps in N and a largest stress in Pa.
     pub(super) fn new(
         solved: &Solved<'a>,
         rows: &MaterialNodes,
+        panes: &[PaneState],
         (displacement, reaction): (&[[f64; 3]], &[[f64; 3]]),
         largest: f64,
     ) -> Self {
@@ -77,12 +83,15 @@ impl<'a> Concentrations<'a> {
         let mut found = Self {
             mesh,
             clamped: clamped(solved),
+            support: BTreeMap::new(),
+            in_contact: vec![false; mesh.facets.len()],
             of_nodes: vec![None; n_nodes],
             materials: vec![false; n_nodes],
         };
         for node in (0..mesh.facets.len()).flat_map(|facet| mesh.facet_nodes(facet)) {
             found.materials[node] = n_materials[node] > 1;
         }
+        found.support_by_contact(solved, panes);
         let edges: Vec<Edge> = edges(mesh).collect();
         found.add_edges(solved, &edges);
         found.add_held_points(solved, reaction, JUMP * largest);
@@ -102,6 +111,48 @@ impl<'a> Concentrations<'a> {
         near.into_iter()
             .filter_map(|node| self.of_nodes[node])
             .min()
+    }
+
+    /// What concentrates stress at nodes of some triangles, apart from materials.
+    pub(super) fn of_facets(&self, facets: Vec<usize>) -> Option<StressConcentration> {
+        let nodes = facets.into_iter().flat_map(|it| self.mesh.facet_nodes(it));
+        nodes.filter_map(|node| self.of_nodes[node]).min()
+    }
+
+    /// Whether a triangle is pressed without friction on something rigid.
+    pub(super) fn is_supported(&self, facet: usize) -> bool {
+        self.support.contains_key(&facet)
+    }
+
+    fn support_by_contact(&mut self, solved: &Solved<'_>, panes: &[PaneState]) {
+        let Some(contact) = &solved.contact else {
+            return;
+        };
+        let surface = contact.state.surface;
+        let features = solved.scene.contact_features();
+        for (place, &facet) in surface.facets.iter().enumerate() {
+            self.in_contact[facet] = true;
+            let features = &features[surface.face_number(place)];
+            let is_rigid = solved.scene.contacts[features.entry].between.is_none();
+            let mut here = surface.panes_of_facet(self.mesh, place).into_iter();
+            let is_pressed = here.any(|pane| panes[pane].normal_stress < 0.0);
+            if is_rigid && features.friction.is_none() && is_pressed {
+                let normal = normal_at(self.mesh, facet, 0);
+                self.support.insert(facet, normal * normal.transpose());
+            }
+        }
+    }
+
+    /// The directions held on both sides of an edge, for those that are held otherwise on each triangle. Where contact ends inside its face it
+    /// ends without an edge.
+    fn held_beside(&self, edge: &Edge, held: &[Matrix3<f64>]) -> [Matrix3<f64>; 2] {
+        let is_inside = edge.sides.iter().all(|(facet, _)| self.in_contact[*facet]);
+        edge.sides.map(
+            |(facet, _)| match self.support.get(&facet).filter(|_| !is_inside) {
+                Some(normal) => range_of(held[facet] + normal),
+                None => held[facet],
+            },
+        )
     }
 
     fn add(&mut self, nodes: impl IntoIterator<Item = usize>, what: StressConcentration) {
@@ -130,13 +181,20 @@ impl<'a> Concentrations<'a> {
             let Some((whole, joined)) = edge.with_other_body(mesh, &joints, edges) else {
                 continue;
             };
-            let of = |held: &[Matrix3<f64>]| whole.sides.map(|(facet, _)| held[facet]);
+            let is_singular =
+                |held: &[Matrix3<f64>]| whole.is_singular(self.held_beside(&whole, held));
+            let is_free = whole
+                .sides
+                .iter()
+                .all(|(facet, _)| held[*facet] == Matrix3::zeros());
             let differ = |[own, other]: [usize; 2]| of_side(own) != of_side(other);
             let what = if joined.is_some_and(differ) {
                 StressConcentration::Materials
-            } else if whole.is_singular(of(&self.clamped)) {
+            } else if is_free && is_singular(&held) {
+                StressConcentration::Contact
+            } else if is_singular(&self.clamped) {
                 StressConcentration::Clamp
-            } else if whole.is_singular(of(&held)) {
+            } else if is_singular(&held) {
                 StressConcentration::Springs
             } else if whole.angle >= 180.0 + EDGE {
                 StressConcentration::Notch
@@ -203,20 +261,36 @@ impl<'a> Concentrations<'a> {
                 }
             }
         }
+        let only = |on: &[usize], off: &[usize], side: (usize, usize)| -> Vector3<f64> {
+            let only = on.iter().filter(|number| !off.contains(number));
+            let mut middle = [0.5; 3];
+            middle[(side.1 + 2) % 3] = 0.0;
+            only.map(|&number| along_face(number, side, &middle)).sum()
+        };
         for edge in edges
             .iter()
             .filter(|edge| (edge.angle - 180.0).abs() < EDGE)
         {
             let [first, second] = edge.sides.map(|(facet, _)| &whole[facet]);
-            let only = |on: &[usize], off: &[usize], side: (usize, usize)| -> Vector3<f64> {
-                let only = on.iter().filter(|number| !off.contains(number));
-                let mut middle = [0.5; 3];
-                middle[(side.1 + 2) % 3] = 0.0;
-                only.map(|&number| along_face(number, side, &middle)).sum()
-            };
             let jump = only(first, second, edge.sides[0]) - only(second, first, edge.sides[1]);
             if jump.norm() > limit {
                 jumps.extend(edge.nodes(mesh));
+            }
+        }
+        let is_square = |edge: &&Edge| (edge.angle - 90.0).abs() < EDGE / 2.0;
+        for edge in edges.iter().filter(is_square) {
+            let held = self.held_beside(edge, &self.clamped);
+            for (mirror, loaded) in [(0, 1), (1, 0)] {
+                let (facet, number) = edge.sides[mirror];
+                let normal = normal_at(mesh, facet, number);
+                // The body goes on in its mirror image, on which the shear is the opposite.
+                let is_mirror =
+                    (held[mirror] - normal * normal.transpose()).norm() < GEOMETRY_TOLERANCE;
+                let side = edge.sides[loaded];
+                let jump = 2.0 * only(&whole[side.0], &[], side).dot(&normal).abs();
+                if is_mirror && jump > limit {
+                    jumps.extend(edge.nodes(mesh));
+                }
             }
         }
         self.add(jumps, StressConcentration::Shear);
@@ -225,9 +299,9 @@ impl<'a> Concentrations<'a> {
 
 /// An edge of the boundary.
 #[derive(Clone, Copy)]
-pub(super) struct Edge {
+struct Edge {
     /// Two triangles there, and which of their edges it is.
-    pub(super) sides: [(usize, usize); 2],
+    sides: [(usize, usize); 2],
     /// Its direction.
     along: Vector3<f64>,
     /// That inside the body in degrees.
@@ -235,8 +309,7 @@ pub(super) struct Edge {
 }
 
 impl Edge {
-    /// Its nodes: both ends and its middle, an end of straight ones.
-    pub(super) fn nodes(&self, mesh: &Mesh) -> [usize; 3] {
+    fn nodes(&self, mesh: &Mesh) -> [usize; 3] {
         let (facet, edge) = self.sides[0];
         let nodes: Vec<usize> = mesh.facet_nodes(facet).collect();
         let [a, b] = TRIANGLE_EDGES[edge].map(|corner| nodes[corner]);
@@ -293,7 +366,7 @@ impl Edge {
     }
 
     /// Whether stress has no bound there since the triangles hold these other directions than each other.
-    pub(super) fn is_singular(&self, held: [Matrix3<f64>; 2]) -> bool {
+    fn is_singular(&self, held: [Matrix3<f64>; 2]) -> bool {
         // Projections onto different axes differ by one at least.
         if (held[0] - held[1]).norm() < 0.5 {
             return false;
@@ -309,7 +382,7 @@ impl Edge {
 }
 
 /// The edges of the boundary, each with two of its triangles.
-pub(super) fn edges(mesh: &Mesh) -> impl Iterator<Item = Edge> {
+fn edges(mesh: &Mesh) -> impl Iterator<Item = Edge> {
     let mut sides: BTreeMap<[usize; 2], Vec<(usize, usize)>> = BTreeMap::new();
     for (facet, corners) in mesh.facets.iter().enumerate() {
         for (edge, ends) in TRIANGLE_EDGES.iter().enumerate() {

@@ -129,7 +129,7 @@ pub(super) fn estimates(
         smooth.map(|((functional, shares), adjoint)| functional.estimate(shares, adjoint.kinks));
     let mut found: Vec<FunctionalEstimate> = smooth.collect();
     found.extend(areas(solved, known, &estimate, &stiffness, wanted));
-    if let Some(peak) = largest_pressure(solved, known.panes, &stiffness, inside) {
+    if let Some(peak) = largest_pressure(solved, known, &stiffness, inside) {
         let of_pane = found
             .iter()
             .position(|it| it.functional == Functional::LargestPressure);
@@ -428,7 +428,7 @@ mod tests {
     use crate::{
         AssembledProblem, Problem,
         elasticity::InternalForces,
-        post::{ContactReport, recovery::StressRecovery},
+        post::{ContactReport, concentration::Concentrations, recovery::StressRecovery},
         scene::Scene,
         solver::{Solution, StartStrategy},
     };
@@ -537,8 +537,14 @@ mod tests {
                 solution: &solution,
             };
             let recovery = StressRecovery::new(problem.mesh());
+            // Shapes of peaks alone ask for them.
+            let (still, highest) = (vec![[0.0; 3]; report.displacement.len()], 1.0);
+            let motion = (&report.displacement[..], &still[..]);
+            let rows = &recovery.nodes;
+            let concentrations = Concentrations::new(&solved, rows, &report.panes, motion, highest);
             let known = SolutionData {
                 displacement: &report.displacement,
+                concentrations: &concentrations,
                 tools: &[],
                 internal: &internal,
                 nodal_stress: &report.nodal_stress,

@@ -28,6 +28,7 @@ pub use stress::LargestStress;
 pub use tools::ToolState;
 pub use zones::{PaneCoulomb, PaneFriction, PaneState};
 
+use concentration::Concentrations;
 use nalgebra::{Matrix3, Vector3};
 use resultants::NodalForces;
 
@@ -226,8 +227,13 @@ impl ContactReport {
         let terms = rounding::terms(solved);
         let resultants = Resultants::new(solved, &terms, &displacement, &forces, &internal.forces);
         let rounding_energy = rounding::of_energy(solved, &terms, &displacement, &forces);
+        let von_mises: Vec<f64> = nodal_stress.iter().map(von_mises).collect();
+        let highest = von_mises.iter().copied().fold(0.0, f64::max);
+        let motion = (&displacement[..], &forces.clamp[..]);
+        let concentrations = Concentrations::new(solved, &recovery.nodes, &panes, motion, highest);
         let known = estimate::SolutionData {
             displacement: &displacement,
+            concentrations: &concentrations,
             tools: &solved.system.dofs.tool_rows(&solved.solution.displacement),
             internal: &internal,
             nodal_stress: &nodal_stress,
@@ -244,7 +250,6 @@ impl ContactReport {
                 functional::estimates(adjoints, solved, &known, &resultants)
             }
         };
-        let von_mises: Vec<f64> = nodal_stress.iter().map(von_mises).collect();
         let mut report = Self {
             largest_von_mises: match errors {
                 EstimatedErrors::Nothing => LargestStress::default(),
@@ -253,13 +258,17 @@ impl ContactReport {
                     let peak = found.find(|it| it.functional == Functional::LargestPressure);
                     let peak = peak.or_else(|| {
                         let stiffness = areas::half_space_stiffness(solved);
-                        peak::largest_pressure(solved, &panes, &stiffness, 0.0)
+                        peak::largest_pressure(solved, &known, &stiffness, 0.0)
                     });
                     let stresses = (&von_mises[..], &nodal_stress[..], &internal.stress[..]);
-                    let motion = (&displacement[..], &forces.clamp[..]);
                     let peak = peak.as_ref();
-                    let mut largest =
-                        LargestStress::new(solved, &recovery.nodes, stresses, motion, peak);
+                    let mut largest = LargestStress::new(
+                        solved,
+                        &recovery.nodes,
+                        stresses,
+                        &concentrations,
+                        peak,
+                    );
                     // Contact may be elsewhere.
                     let is_guess = discretisation_error.is_unreliable() && solved.contact.is_some();
                     // By symmetry neighbours may be wrong together; stresses on the whole are off by this share.

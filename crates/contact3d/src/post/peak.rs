@@ -6,22 +6,18 @@
 //! ([`PeakShape`]). The bounds are measured: over 29 scenes no peak that converges was taken for one that grows, and the error bars of
 //! resolved ones held in 14 of 14.
 //!
-//! Contact without friction on something rigid holds the normal alone: theory knows the edges at which its pressure has no bound
-//! ([`Edge::is_singular`](super::concentration::Edge::is_singular)), so that d₁ and d₂ only tell those of other contact.
+//! Contact without friction on something rigid holds the normal alone. Theory knows where that leaves stress without a bound
+//! ([`Concentrations`](super::concentration::Concentrations)), and pressure with it; d₁ and d₂ tell edges of other contact, and those at which the gap jumps.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::{
-    FunctionalEstimate, PaneState, Solved, SolvedContact, Zone,
+    FunctionalEstimate, Solved, SolvedContact, Zone,
     areas::FEWEST_PANES,
-    concentration::{clamped, edges, normal_at},
-    estimate::{joint_sides, multipliers_at},
+    concentration::{JUMP, clamped, normal_at},
+    estimate::{SolutionData, multipliers_at},
 };
-use crate::{
-    mesh::GEOMETRY_TOLERANCE,
-    reference::quadrature,
-    scene::{ContactFeatures, Functional},
-};
+use crate::{mesh::GEOMETRY_TOLERANCE, reference::quadrature, scene::Functional};
 
 /// What the panes around the largest pressure say of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,19 +26,9 @@ pub(super) enum PeakShape {
     Resolved,
     /// Fewer than some three panes across it: known to d₁, and to 20 % at best.
     Coarse,
-    /// With d₁ ≥ 0.12 at an edge, and pane j pressed where theory knows no bound, elsewhere d₁ ≤ 0.75 and d₂ < d₁/3: larger on every finer mesh.
+    /// Larger on every finer mesh: with d₁ ≥ 0.02 where theory knows no bound, elsewhere at an edge of the face that is no plane of symmetry with
+    /// d₁ ≥ 0.12 and d₂ < d₁/3, and −0.25 ≤ d₂ < 0 if d₁ > 0.75. Pane j is pressed.
     Growing,
-}
-
-/// How a pane ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum PaneEnd {
-    /// Inside its face, or where the pressure of closed contact is bounded.
-    Inside,
-    /// At an edge where it may have no bound.
-    Edge,
-    /// At one where it has none.
-    Unbounded,
 }
 
 /// An open pane beside the largest pressure belongs to a sharp edge if closing it would take this many times that pressure.
@@ -52,11 +38,11 @@ const EDGE_STIFFNESS: f64 = 10.0;
 /// inside panes in Pa; `None` without contact forces.
 pub(super) fn largest_pressure(
     solved: &Solved<'_>,
-    panes: &[PaneState],
+    known: &SolutionData<'_>,
     stiffness: &[f64],
     inside: f64,
 ) -> Option<FunctionalEstimate> {
-    let contact = solved.contact.as_ref()?;
+    let (contact, panes) = (solved.contact.as_ref()?, known.panes);
     let pressure = |pane: usize| -panes[pane].normal_stress;
     let highest = (0..panes.len()).max_by(|a, b| pressure(*a).total_cmp(&pressure(*b)))?;
     let largest = pressure(highest);
@@ -67,7 +53,7 @@ pub(super) fn largest_pressure(
     let mut features = solved.scene.contact_features().into_iter();
     let is_flat = features.all(|face| face.obstacle.is_none() && face.gap.is_none());
     let is_uneven = inside > 2.0 * largest;
-    let bar = match shape_of_peak((solved, contact), panes, stiffness, highest) {
+    let bar = match shape_of_peak((solved, contact), known, stiffness, highest) {
         (PeakShape::Resolved, falls) => largest * falls[0].max(falls[1].abs()).max(0.02),
         // What looks like an edge may be a trough between waves that panes do not see.
         (PeakShape::Growing, _) if !is_uneven || is_level(solved, contact, highest) => {
@@ -91,6 +77,17 @@ pub(super) fn largest_pressure(
     })
 }
 
+/// The contact triangles that a pane acts on.
+fn facets_of(solved: &Solved<'_>, contact: &SolvedContact<'_>, pane: usize) -> Vec<usize> {
+    let surface = contact.state.surface;
+    let facets = surface.facets.iter().enumerate();
+    let here = facets.filter(|(place, _)| {
+        let acting = surface.panes_of_facet(solved.mesh, *place);
+        acting.contains(&pane)
+    });
+    here.map(|(_, facet)| *facet).collect()
+}
+
 /// Whether the half-space behind a face is the same distance away all over a pane.
 fn is_level(solved: &Solved<'_>, contact: &SolvedContact<'_>, pane: usize) -> bool {
     let (mesh, surface) = (solved.mesh, contact.state.surface);
@@ -98,9 +95,8 @@ fn is_level(solved: &Solved<'_>, contact: &SolvedContact<'_>, pane: usize) -> bo
     let Some(gap) = &features.gap else {
         return features.obstacle.is_none();
     };
-    let facets = surface.facets.iter().enumerate();
-    let of_pane = facets.filter(|(it, _)| surface.panes_of_facet(mesh, *it).contains(&pane));
-    let mut gaps = of_pane.flat_map(|(_, &facet)| {
+    let facets = facets_of(solved, contact, pane).into_iter();
+    let mut gaps = facets.flat_map(|facet| {
         let corners = mesh.corners(&mesh.facets[facet]);
         quadrature::triangle_4().map(move |(share, _)| gap.at(quadrature::point(&corners, &share)))
     });
@@ -111,11 +107,15 @@ fn is_level(solved: &Solved<'_>, contact: &SolvedContact<'_>, pane: usize) -> bo
 /// The shape of the peak with d₁ and d₂.
 fn shape_of_peak(
     (solved, contact): (&Solved<'_>, &SolvedContact<'_>),
-    panes: &[PaneState],
+    known: &SolutionData<'_>,
     stiffness: &[f64],
     highest: usize,
 ) -> (PeakShape, [f64; 2]) {
-    let (neighbours, ends) = neighbours(solved, contact);
+    let (panes, concentrations) = (known.panes, known.concentrations);
+    let (neighbours, ends_at_edge) = neighbours(solved, contact);
+    let facets = facets_of(solved, contact, highest);
+    let is_known = facets.iter().any(|&it| concentrations.is_supported(it));
+    let has_bound = !is_known || concentrations.of_facets(facets).is_none();
     let pressure = |pane: usize| -panes[pane].normal_stress;
     let largest = pressure(highest);
     let is_beyond_edge = |pane: &usize| {
@@ -123,19 +123,28 @@ fn shape_of_peak(
         state.zone == Zone::Open && stiffness[*pane] * state.gap > EDGE_STIFFNESS * largest
     };
     let beside = &neighbours[highest];
-    let at_edge = ends[highest] > PaneEnd::Inside || beside.iter().any(is_beyond_edge);
+    let at_edge = !is_known && ends_at_edge[highest] || beside.iter().any(is_beyond_edge);
     let lower = beside.iter().copied().filter(|pane| !is_beyond_edge(pane));
     let Some(next) = lower.min_by(|a, b| pressure(*a).total_cmp(&pressure(*b))) else {
         return (PeakShape::Coarse, [1.0, 0.0]);
     };
     let first = (largest - pressure(next)) / largest;
+    let is_pressed = pressure(next) > 0.0;
+    // What curves away may end before the edge.
+    let reaches_edge = panes.len() >= FEWEST_PANES || is_level(solved, contact, highest);
+    if !has_bound && reaches_edge && is_pressed && first >= JUMP {
+        return (PeakShape::Growing, [first, 0.0]);
+    }
     let Some(behind) = pane_behind(&neighbours[next], (solved, contact), highest, next) else {
         return (PeakShape::Coarse, [first, 0.0]);
     };
     let second = (pressure(next) - pressure(behind)) / largest;
-    let is_unbounded = ends[highest] == PaneEnd::Unbounded && first >= 0.12 && pressure(next) > 0.0;
-    let is_steep = (0.12..=0.75).contains(&first) && second < first / 3.0;
-    let shape = if is_unbounded || at_edge && is_steep {
+    // A small patch ends beside its peak, but goes on behind a pane that presses a little less than the next; waves do so by more.
+    let is_steep = match first <= 0.75 {
+        true => second < first / 3.0,
+        false => (-0.25..0.0).contains(&second),
+    };
+    let shape = if at_edge && is_pressed && first >= 0.12 && is_steep {
         PeakShape::Growing
     } else if first <= 0.1 && second.abs() <= 0.2 && panes.len() >= FEWEST_PANES {
         PeakShape::Resolved
@@ -145,17 +154,15 @@ fn shape_of_peak(
     (shape, [first, second])
 }
 
-/// Which panes share an edge, or nodes with multipliers a triangle, and how each pane ends there.
-fn neighbours(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> (Vec<Vec<usize>>, Vec<PaneEnd>) {
+/// Which panes share an edge, or nodes with multipliers a triangle, and whether each pane ends at an edge of its contact face.
+fn neighbours(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> (Vec<Vec<usize>>, Vec<bool>) {
     let (mesh, surface) = (solved.mesh, contact.state.surface);
-    let mut on_edge: BTreeMap<[usize; 3], Vec<usize>> = BTreeMap::new();
+    let mut on_edge: BTreeMap<[usize; 3], Vec<Vec<usize>>> = BTreeMap::new();
     let mut beside = vec![Vec::new(); surface.n_panes()];
-    let mut faces = BTreeMap::new();
     for (place, &facet) in surface.facets.iter().enumerate() {
         let corners = mesh.facets[facet];
         let here = surface.panes_of_facet(mesh, place);
         here.iter().for_each(|&pane| beside[pane].extend(&here));
-        faces.insert(facet, surface.face_number(place));
         for (a, b) in [(0, 1), (1, 2), (2, 0)] {
             let ends = [corners[a].min(corners[b]), corners[a].max(corners[b])];
             let mut middle = [0.0; 3];
@@ -163,18 +170,17 @@ fn neighbours(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> (Vec<Vec<usiz
             let acting = multipliers_at(mesh, contact, place, middle).into_iter();
             let acting = acting.filter(|(_, weight)| *weight > 0.0);
             let key = [surface.face_number(place), ends[0], ends[1]];
-            let panes = on_edge.entry(key).or_default();
-            panes.extend(acting.map(|(pane, _)| pane));
+            let sides = on_edge.entry(key).or_default();
+            sides.push(acting.map(|(pane, _)| pane).collect());
         }
     }
-    for here in on_edge.values() {
-        here.iter().for_each(|&pane| beside[pane].extend(here));
-    }
-    let mut ends = vec![PaneEnd::Inside; surface.n_panes()];
-    for (nodes, face, end) in ends_of_faces(solved, &faces) {
-        let here = on_edge.get(&[face, nodes[0], nodes[1]]);
-        for &pane in here.into_iter().flatten() {
-            ends[pane] = ends[pane].max(end);
+    let mirrored = mirrored_edges(solved);
+    let mut at_edge = vec![false; surface.n_panes()];
+    for ([_, ends @ ..], sides) in &on_edge {
+        let here = sides.concat();
+        here.iter().for_each(|&pane| beside[pane].extend(&here));
+        if sides.len() == 1 && !mirrored.contains(ends) {
+            here.iter().for_each(|&pane| at_edge[pane] = true);
         }
     }
     for (pane, others) in beside.iter_mut().enumerate() {
@@ -182,53 +188,22 @@ fn neighbours(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> (Vec<Vec<usiz
         others.dedup();
         others.retain(|&other| other != pane);
     }
-    (beside, ends)
+    (beside, at_edge)
 }
 
-/// The edges at which contact faces end, each with its nodes and the number of the face, for the face of each contact triangle.
-///
-/// Closed contact holds the normal alone; where the body beyond the edge is held otherwise pressure has no bound as stress has none.
-fn ends_of_faces(
-    solved: &Solved<'_>,
-    faces: &BTreeMap<usize, usize>,
-) -> Vec<([usize; 2], usize, PaneEnd)> {
-    let (mesh, held, joints) = (solved.mesh, clamped(solved), joint_sides(solved));
-    let features = solved.scene.contact_features();
-    let slides_on_rigid = |face: usize| {
-        let ContactFeatures {
-            entry, friction, ..
-        } = &features[face];
-        friction.is_none() && solved.scene.contacts[*entry].between.is_none()
-    };
-    let along_normal = |(facet, edge): (usize, usize)| {
-        let normal = normal_at(mesh, facet, edge);
-        normal * normal.transpose()
-    };
-    let mut ends = Vec::new();
-    for edge in edges(mesh) {
-        let [a, b, _] = edge.nodes(mesh);
-        for [own, other] in [edge.sides, [edge.sides[1], edge.sides[0]]] {
-            let face = faces.get(&own.0);
-            let beyond = faces.get(&other.0);
-            let Some(&face) = face.filter(|_| face != beyond) else {
-                continue;
-            };
-            let (closed, mirror) = (along_normal(own), along_normal(other));
-            let is_between = beyond.is_some() || joints.contains_key(&other.0);
-            // Of the unit vectors along the axes one alone is held, and is the normal to the digits of a file: the body goes on in a mirror.
-            let end = if (held[other.0] - mirror).norm() < GEOMETRY_TOLERANCE {
-                PaneEnd::Inside
-            } else if !is_between && edge.is_singular([closed, held[other.0]]) {
-                PaneEnd::Unbounded
-            } else if !is_between && slides_on_rigid(face) {
-                PaneEnd::Inside
-            } else {
-                PaneEnd::Edge
-            };
-            ends.push(([a.min(b), a.max(b)], face, end));
-        }
-    }
-    ends
+/// The edges of the boundary triangles that clamps hold along their normal alone, behind which a mirror image of the body goes on.
+fn mirrored_edges(solved: &Solved<'_>) -> BTreeSet<[usize; 2]> {
+    let held = clamped(solved).into_iter().enumerate();
+    let mirrors = held.filter(|(facet, held)| {
+        let normal = normal_at(solved.mesh, *facet, 0);
+        // Of the unit vectors along the axes one alone is held, and is the normal to the digits of a file.
+        (held - normal * normal.transpose()).norm() < GEOMETRY_TOLERANCE
+    });
+    let edges = mirrors.flat_map(|(facet, _)| {
+        let [a, b, c] = solved.mesh.facets[facet];
+        [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
+    });
+    edges.collect()
 }
 
 /// The pane behind `next` as seen from `first`, within 45° of that direction.

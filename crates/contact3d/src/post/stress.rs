@@ -45,8 +45,8 @@ pub struct LargestStress {
 const GROWTH: f64 = 1.5;
 
 impl LargestStress {
-    /// The largest of the von Mises stresses of all rows in Pa, for stresses there and at the centres of tetrahedra in Pa, displacement in m
-    /// and reaction in N of the nodes, and the largest pressure.
+    /// The largest of the von Mises stresses of all rows in Pa, for stresses there and at the centres of tetrahedra in Pa, what concentrates
+    /// them, and the largest pressure.
     ///
     /// It may be that of any place whose bar reaches beyond the largest one found, and where stress has no bound there, neither has the
     /// largest. Under the largest pressure it is at most about as large as that, and known no better.
@@ -54,7 +54,7 @@ impl LargestStress {
         solved: &Solved<'_>,
         nodes: &MaterialNodes,
         (von_mises, stress, centres): (&[f64], &[[f64; 6]], &[[f64; 6]]),
-        motion: (&[[f64; 3]], &[[f64; 3]]),
+        concentrations: &Concentrations<'_>,
         peak: Option<&FunctionalEstimate>,
     ) -> Self {
         let rows = 0..von_mises.len();
@@ -72,24 +72,27 @@ impl LargestStress {
         let is_rival = |n: &usize| reach(*n).max(GROWTH * von_mises[*n]) > value;
         let mut rivals: Vec<usize> = rows.filter(is_rival).collect();
         rivals.sort_by(|a, b| von_mises[*b].total_cmp(&von_mises[*a]));
-        let concentrations = Concentrations::new(solved, nodes, motion, value);
         let of_rival = |rival: &usize| {
             let node = nodes.nodes[*rival];
             Some((node, concentrations.at([node], node)?))
         };
+        let place = |node: usize| solved.mesh.coordinates[node];
         let node = nodes.nodes[row];
-        let at_row = concentrations.at(near, node);
-        let found = at_row.map(|it| (node, it));
-        let found = found.or_else(|| rivals.iter().find_map(of_rival));
+        let at = place(node);
+        let distance = |other: [f64; 3]| (Vector3::from(other) - Vector3::from(at)).norm();
+        let size = near.iter().map(|&n| distance(place(n))).fold(0.0, f64::max);
+        let at_edge = peak.filter(|it| it.error_bar().is_infinite() && it.value > value / 2.0);
+        let at_edge = at_edge.and_then(FunctionalEstimate::middle);
+        let of_edge = |at: [f64; 3]| (at, StressConcentration::Contact);
+        let at_row = concentrations.at(near, node).map(|it| (at, it));
+        let beside = at_edge.filter(|edge| distance(*edge) <= size);
+        let found = at_row.or(beside.map(|_| of_edge(at)));
+        let of_rivals = || rivals.iter().find_map(of_rival);
+        let found = found.or_else(|| of_rivals().map(|(node, it)| (place(node), it)));
         // Nothing concentrates a stress that is the same everywhere.
         let least = von_mises.iter().copied().fold(value, f64::min);
         let found = found.filter(|_| least < (1.0 - JUMP) * value);
-        let place = |node: usize| solved.mesh.coordinates[node];
-        let found = found.map(|(node, it)| (place(node), it));
-        let at_edge = peak.filter(|it| it.error_bar().is_infinite() && it.value > value / 2.0);
-        let at_edge = || Some((at_edge?.middle()?, StressConcentration::Contact));
-        let found = found.or_else(at_edge);
-        let at = place(node);
+        let found = found.or(at_edge.map(of_edge));
         let pressed = peak.filter(|it| it.range[1].is_finite());
         let pressed = pressed.and_then(|it| {
             let most = largest_under(it, (solved.mesh, nodes), von_mises)?;

@@ -287,32 +287,57 @@ fn the_largest_pressure_is_told_where_it_has_a_limit() {
     assert!(high - low < 0.5 * peak.value, "{peak:?}");
 }
 
-/// Contact without friction has no bound at an edge inside a plane, as of a punch, on meshes of any size and with any multipliers; at the
-/// end of a block it has one, however steep the pressure is on a coarse mesh.
+/// Contact without friction has no bound at an edge inside a plane, as of a punch, at the rim of a clamp beside it and where a load shears
+/// the face beside it, on meshes of any size and with any multipliers; at the end of a block it has one, however steep the pressure is on a
+/// coarse mesh, and so has a curve that ends before the edge.
 #[test]
 fn theory_tells_where_pressure_without_friction_has_no_bound() {
-    let bar = |cells: [usize; 3], contact: &str| {
+    let bar = |brick: &str, rest: &str| {
         let text = format!(
             "title = 'edges'
-            body.brick = {{ size = [2, 0.25, 1], cells = {cells:?} }}
+            body.brick = {{ {brick} }}
             material.isotropic = {{ young_modulus = 2e11, poisson_ratio = 0.3 }}
-            clamp = [{{ face = 'y_min', components = ['y'] }}, {{ face = 'y_max', components = ['y'] }},
-                     {{ face = 'x_min', components = ['x'] }}]
-            pressure = [{{ face = 'z_max', value = 1e6 }}]
-            contact = {{ face = 'z_min', {contact} }}"
+            {rest}"
         );
         let report = report(&Scene::parse("edges", &text).expect("a scene"), &[]);
         let peak = report.functional(Functional::LargestPressure);
         peak.expect("a largest pressure").error_bar()
     };
+    let [coarse, fine] =
+        [[8, 2, 4], [16, 2, 8]].map(|cells| format!("size = [2, 0.25, 1], cells = {cells:?}"));
+    let pressed =
+        "clamp = [{ face = 'y_min', components = ['y'] }, { face = 'y_max', components = ['y'] },
+                 { face = 'x_min', components = ['x'] }]
+        pressure = [{ face = 'z_max', value = 1e6 }]";
     let boxed = "box = [[0.5, 0, 0], [1.5, 0.25, 0]]";
     let punch = "gap = 'if(abs(x - 1) < 0.501, 0, 1e-3)'";
+    let dip = "gap = '2e-6*(1 - exp(-25*(x - 2)^2))'";
+    let curve = "gap = '3e-5*(x - 1)^2', box = [[0.5, 0, 0], [1.5, 0.25, 0]]";
+    let block = "size = [1, 1, 0.5], cells = [8, 8, 4]";
+    let rim = "clamp = [{ face = 'y_min' }]
+        pressure = [{ face = 'x_max', value = 5e7 }, { face = 'z_max', value = 2e7 }]";
+    let sheared =
+        "clamp = [{ face = 'x_min', components = ['x'] }, { face = 'y_min', components = ['y'] }]
+        pressure = [{ face = 'z_max', value = 3e7 }]
+        traction = [{ face = 'x_max', value = [0, 0, -3e7] }]";
     for multipliers in ["panes", "nodal"] {
-        for edges in [boxed, punch] {
-            let contact = format!("{edges}, multipliers = '{multipliers}'");
-            assert_eq!(bar([16, 2, 8], &contact), f64::INFINITY, "{contact}");
+        let with = |scene: &str, contact: &str| {
+            format!(
+                "{scene}\ncontact = {{ face = 'z_min', multipliers = '{multipliers}', {contact} }}"
+            )
+        };
+        let whole = "name = 'foot'";
+        for (brick, scene, contact) in [
+            (&fine[..], pressed, boxed),
+            (&fine[..], pressed, punch),
+            (block, rim, whole),
+            (block, sheared, whole),
+        ] {
+            let scene = with(scene, contact);
+            assert_eq!(bar(brick, &scene), f64::INFINITY, "{scene}");
         }
-        let dip = format!("gap = '2e-6*(1 - exp(-25*(x - 2)^2))', multipliers = '{multipliers}'");
-        assert!(bar([8, 2, 4], &dip).is_finite() && bar([16, 2, 8], &dip).is_finite());
+        for (brick, contact) in [(&coarse, dip), (&fine, dip), (&coarse, curve)] {
+            assert!(bar(brick, &with(pressed, contact)).is_finite(), "{contact}");
+        }
     }
 }

@@ -27,7 +27,7 @@ use std::f64::consts::PI;
 use nalgebra::{Vector3, Vector6};
 use rayon::prelude::*;
 
-use super::{PaneState, Solved, recovery::StressRecovery};
+use super::{PaneState, Solved, concentration::Concentrations, recovery::StressRecovery};
 use crate::{
     elasticity::{InternalForces, MaterialField, MissedForce, SurfaceLoad, missed_body_forces},
     mesh::tetrahedron_volume,
@@ -109,6 +109,8 @@ pub(super) struct SolutionData<'a> {
     pub(super) recovery: &'a StressRecovery,
     /// State of each pane.
     pub(super) panes: &'a [PaneState],
+    /// Where its stress has no bound.
+    pub(super) concentrations: &'a Concentrations<'a>,
     /// Local stiffness ρ in Pa/m³, `[n_multipliers]`.
     pub(super) stiffness: &'a [f64],
     /// ½ uᵀAu in J.
