@@ -310,7 +310,11 @@ impl SolvedRun<'_> {
             } else {
                 ""
             };
-            let (told, word) = unit.parts(&[it.value, it.range[0], it.range[1]]);
+            // What rounding leaves of a face that lies open.
+            let least = 1e-12 * self.mesh.extent().powi(2);
+            let figures = [it.value, it.range[0], it.range[1]];
+            let figures = figures.map(|area| if area < least { 0.0 } else { area });
+            let (told, word) = unit.parts(&figures);
             return format!("{} {word} ({} to {}{few})", told[0], told[1], told[2]);
         }
         let noise = self.noise(|row| row.force);
