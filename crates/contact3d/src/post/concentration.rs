@@ -56,7 +56,7 @@ pub(super) const JUMP: f64 = 0.02;
 pub(super) struct Concentrations<'a> {
     mesh: &'a Mesh,
     /// The directions that clamps and tools hold all over each boundary triangle, as a projection, `[n_facets]`.
-    clamped: Vec<Matrix3<f64>>,
+    pub(super) clamped: Vec<Matrix3<f64>>,
     /// The normal of each triangle that is pressed without friction on something rigid, as a projection.
     support: BTreeMap<usize, Matrix3<f64>>,
     /// Whether each triangle is one of contact, `[n_facets]`.
@@ -283,12 +283,10 @@ impl<'a> Concentrations<'a> {
             for (mirror, loaded) in [(0, 1), (1, 0)] {
                 let (facet, number) = edge.sides[mirror];
                 let normal = normal_at(mesh, facet, number);
-                // The body goes on in its mirror image, on which the shear is the opposite.
-                let is_mirror =
-                    (held[mirror] - normal * normal.transpose()).norm() < GEOMETRY_TOLERANCE;
+                // On its mirror image the shear is the opposite.
                 let side = edge.sides[loaded];
                 let jump = 2.0 * only(&whole[side.0], &[], side).dot(&normal).abs();
-                if is_mirror && jump > limit {
+                if is_mirror(&held[mirror], &normal) && jump > limit {
                     jumps.extend(edge.nodes(mesh));
                 }
             }
@@ -416,6 +414,11 @@ pub(super) fn normal_at(mesh: &Mesh, facet: usize, edge: usize) -> Vector3<f64> 
     normal.map_or_else(Vector3::zeros, |(_, normal)| *normal)
 }
 
+/// Whether of the unit vectors along the axes one alone is held, and is the normal to the digits of a file: the body goes on in a mirror image.
+pub(super) fn is_mirror(held: &Matrix3<f64>, normal: &Vector3<f64>) -> bool {
+    (held - normal * normal.transpose()).norm() < GEOMETRY_TOLERANCE
+}
+
 /// A field of nodes at a place of a triangle.
 fn blend(field: &[[f64; 3]], corners: &[usize; 3], share: &[f64; 3]) -> Vector3<f64> {
     let parts = corners.iter().zip(share);
@@ -434,7 +437,7 @@ fn range_of(sum: Matrix3<f64>) -> Matrix3<f64> {
 }
 
 /// The directions that clamps and tools hold all over each boundary triangle, as a projection, `[n_facets]`.
-pub(super) fn clamped(solved: &Solved<'_>) -> Vec<Matrix3<f64>> {
+fn clamped(solved: &Solved<'_>) -> Vec<Matrix3<f64>> {
     let (scene, mesh) = (solved.scene, solved.mesh);
     let mut held = vec![Matrix3::zeros(); mesh.facets.len()];
     for clamp in &scene.clamps {

@@ -230,45 +230,41 @@ impl ContactReport {
         let von_mises: Vec<f64> = nodal_stress.iter().map(von_mises).collect();
         let highest = von_mises.iter().copied().fold(0.0, f64::max);
         let motion = (&displacement[..], &forces.clamp[..]);
-        let concentrations = Concentrations::new(solved, &recovery.nodes, &panes, motion, highest);
-        let known = estimate::SolutionData {
-            displacement: &displacement,
-            concentrations: &concentrations,
-            tools: &solved.system.dofs.tool_rows(&solved.solution.displacement),
-            internal: &internal,
-            nodal_stress: &nodal_stress,
-            recovery,
-            panes: &panes,
-            stiffness: &stiffness,
-            strain_energy: resultants.strain_energy,
-            rounding: rounding_energy,
-        };
-        let (discretisation_error, mut functionals) = match errors {
-            EstimatedErrors::Nothing => Default::default(),
-            EstimatedErrors::Energy => (ErrorEstimate::new(solved, &known), stored),
-            EstimatedErrors::Quantities => {
-                functional::estimates(adjoints, solved, &known, &resultants)
+        let concentrations = (errors != EstimatedErrors::Nothing)
+            .then(|| Concentrations::new(solved, &recovery.nodes, &panes, motion, highest));
+        let tools = solved.system.dofs.tool_rows(&solved.solution.displacement);
+        let known = concentrations
+            .as_ref()
+            .map(|concentrations| estimate::SolutionData {
+                displacement: &displacement,
+                concentrations,
+                tools: &tools,
+                internal: &internal,
+                nodal_stress: &nodal_stress,
+                recovery,
+                panes: &panes,
+                stiffness: &stiffness,
+                strain_energy: resultants.strain_energy,
+                rounding: rounding_energy,
+            });
+        let (discretisation_error, mut functionals) = match &known {
+            None => Default::default(),
+            Some(known) if errors == EstimatedErrors::Energy => {
+                (ErrorEstimate::new(solved, known), stored)
             }
+            Some(known) => functional::estimates(adjoints, solved, known, &resultants),
         };
         let mut report = Self {
-            largest_von_mises: match errors {
-                EstimatedErrors::Nothing => LargestStress::default(),
-                _ => {
+            largest_von_mises: match &known {
+                None => LargestStress::default(),
+                Some(known) => {
                     let mut found = functionals.iter().cloned();
                     let peak = found.find(|it| it.functional == Functional::LargestPressure);
                     let peak = peak.or_else(|| {
                         let stiffness = areas::half_space_stiffness(solved);
-                        peak::largest_pressure(solved, &known, &stiffness, 0.0)
+                        peak::largest_pressure(solved, known, &stiffness, 0.0)
                     });
-                    let stresses = (&von_mises[..], &nodal_stress[..], &internal.stress[..]);
-                    let peak = peak.as_ref();
-                    let mut largest = LargestStress::new(
-                        solved,
-                        &recovery.nodes,
-                        stresses,
-                        &concentrations,
-                        peak,
-                    );
+                    let mut largest = LargestStress::new(solved, known, &von_mises, peak.as_ref());
                     // Contact may be elsewhere.
                     let is_guess = discretisation_error.is_unreliable() && solved.contact.is_some();
                     // By symmetry neighbours may be wrong together; stresses on the whole are off by this share.

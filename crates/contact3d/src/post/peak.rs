@@ -7,17 +7,20 @@
 //! resolved ones held in 14 of 14.
 //!
 //! Contact without friction on something rigid holds the normal alone. Theory knows where that leaves stress without a bound
-//! ([`Concentrations`](super::concentration::Concentrations)), and pressure with it; d₁ and d₂ tell edges of other contact, and those at which the gap jumps.
+//! ([`Concentrations`](super::concentration::Concentrations)), and pressure with it; d₁ and d₂ tell edges of other contact, and those at
+//! which the gap jumps.
 
 use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::Matrix3;
 
 use super::{
     FunctionalEstimate, Solved, SolvedContact, Zone,
     areas::FEWEST_PANES,
-    concentration::{JUMP, clamped, normal_at},
+    concentration::{JUMP, is_mirror, normal_at},
     estimate::{SolutionData, multipliers_at},
 };
-use crate::{mesh::GEOMETRY_TOLERANCE, reference::quadrature, scene::Functional};
+use crate::{mesh::Mesh, reference::quadrature, scene::Functional};
 
 /// What the panes around the largest pressure say of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,12 +83,9 @@ pub(super) fn largest_pressure(
 /// The contact triangles that a pane acts on.
 fn facets_of(solved: &Solved<'_>, contact: &SolvedContact<'_>, pane: usize) -> Vec<usize> {
     let surface = contact.state.surface;
-    let facets = surface.facets.iter().enumerate();
-    let here = facets.filter(|(place, _)| {
-        let acting = surface.panes_of_facet(solved.mesh, *place);
-        acting.contains(&pane)
-    });
-    here.map(|(_, facet)| *facet).collect()
+    let places = 0..surface.facets.len();
+    let here = places.filter(|it| surface.panes_of_facet(solved.mesh, *it).contains(&pane));
+    here.map(|place| surface.facets[place]).collect()
 }
 
 /// Whether the half-space behind a face is the same distance away all over a pane.
@@ -112,7 +112,7 @@ fn shape_of_peak(
     highest: usize,
 ) -> (PeakShape, [f64; 2]) {
     let (panes, concentrations) = (known.panes, known.concentrations);
-    let (neighbours, ends_at_edge) = neighbours(solved, contact);
+    let (neighbours, ends_at_edge) = neighbours((solved, contact), &concentrations.clamped);
     let facets = facets_of(solved, contact, highest);
     let is_known = facets.iter().any(|&it| concentrations.is_supported(it));
     let has_bound = !is_known || concentrations.of_facets(facets).is_none();
@@ -155,7 +155,10 @@ fn shape_of_peak(
 }
 
 /// Which panes share an edge, or nodes with multipliers a triangle, and whether each pane ends at an edge of its contact face.
-fn neighbours(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> (Vec<Vec<usize>>, Vec<bool>) {
+fn neighbours(
+    (solved, contact): (&Solved<'_>, &SolvedContact<'_>),
+    clamped: &[Matrix3<f64>],
+) -> (Vec<Vec<usize>>, Vec<bool>) {
     let (mesh, surface) = (solved.mesh, contact.state.surface);
     let mut on_edge: BTreeMap<[usize; 3], Vec<Vec<usize>>> = BTreeMap::new();
     let mut beside = vec![Vec::new(); surface.n_panes()];
@@ -174,7 +177,7 @@ fn neighbours(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> (Vec<Vec<usiz
             sides.push(acting.map(|(pane, _)| pane).collect());
         }
     }
-    let mirrored = mirrored_edges(solved);
+    let mirrored = mirrored_edges(mesh, clamped);
     let mut at_edge = vec![false; surface.n_panes()];
     for ([_, ends @ ..], sides) in &on_edge {
         let here = sides.concat();
@@ -192,15 +195,11 @@ fn neighbours(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> (Vec<Vec<usiz
 }
 
 /// The edges of the boundary triangles that clamps hold along their normal alone, behind which a mirror image of the body goes on.
-fn mirrored_edges(solved: &Solved<'_>) -> BTreeSet<[usize; 2]> {
-    let held = clamped(solved).into_iter().enumerate();
-    let mirrors = held.filter(|(facet, held)| {
-        let normal = normal_at(solved.mesh, *facet, 0);
-        // Of the unit vectors along the axes one alone is held, and is the normal to the digits of a file.
-        (held - normal * normal.transpose()).norm() < GEOMETRY_TOLERANCE
-    });
+fn mirrored_edges(mesh: &Mesh, clamped: &[Matrix3<f64>]) -> BTreeSet<[usize; 2]> {
+    let held = clamped.iter().enumerate();
+    let mirrors = held.filter(|(facet, held)| is_mirror(held, &normal_at(mesh, *facet, 0)));
     let edges = mirrors.flat_map(|(facet, _)| {
-        let [a, b, c] = solved.mesh.facets[facet];
+        let [a, b, c] = mesh.facets[facet];
         [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
     });
     edges.collect()

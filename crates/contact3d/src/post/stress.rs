@@ -17,9 +17,8 @@ use std::collections::BTreeSet;
 use nalgebra::Vector3;
 
 use super::{
-    ErrorEstimate, FunctionalEstimate, Solved, StressConcentration,
-    concentration::{Concentrations, JUMP},
-    von_mises,
+    ErrorEstimate, FunctionalEstimate, Solved, StressConcentration, concentration::JUMP,
+    estimate::SolutionData, von_mises,
 };
 use crate::{
     mesh::{MaterialNodes, Mesh, tetrahedron_volume},
@@ -45,18 +44,17 @@ pub struct LargestStress {
 const GROWTH: f64 = 1.5;
 
 impl LargestStress {
-    /// The largest of the von Mises stresses of all rows in Pa, for stresses there and at the centres of tetrahedra in Pa, what concentrates
-    /// them, and the largest pressure.
+    /// The largest of the von Mises stresses of all rows in Pa, for what is known of the solution and its largest pressure.
     ///
     /// It may be that of any place whose bar reaches beyond the largest one found, and where stress has no bound there, neither has the
     /// largest. Under the largest pressure it is at most about as large as that, and known no better.
     pub(super) fn new(
         solved: &Solved<'_>,
-        nodes: &MaterialNodes,
-        (von_mises, stress, centres): (&[f64], &[[f64; 6]], &[[f64; 6]]),
-        concentrations: &Concentrations<'_>,
+        known: &SolutionData<'_>,
+        von_mises: &[f64],
         peak: Option<&FunctionalEstimate>,
     ) -> Self {
+        let (nodes, concentrations) = (&known.recovery.nodes, known.concentrations);
         let rows = 0..von_mises.len();
         let Some(row) = rows
             .clone()
@@ -66,7 +64,7 @@ impl LargestStress {
         };
         let near = around(solved.mesh, nodes, row).map(|row| nodes.nodes[row]);
         let near: BTreeSet<usize> = near.collect();
-        let differences = differences(nodes, stress, centres);
+        let differences = differences(nodes, known.nodal_stress, &known.internal.stress);
         let reach = |n: usize| von_mises[n] + differences[n];
         let value = von_mises[row];
         let is_rival = |n: &usize| reach(*n).max(GROWTH * von_mises[*n]) > value;
